@@ -1,0 +1,81 @@
+#pragma once
+
+#include "core/scan.hpp"
+#include "core/trajectory.hpp"
+#include "planning3d/free_space.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stairwell::coverage3d {
+
+/// Where a UAV should go and look.
+struct Goal {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double yaw_rad = 0.0;
+  Eigen::Vector3d target_m = Eigen::Vector3d::Zero();  ///< centre of what is to be seen
+  double gain_m3 = 0.0;                                ///< unknown volume expected to be seen from there
+  double travel_m = 0.0;
+};
+
+struct UavView {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< where the next plan departs from
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  double yaw_rad = 0.0;
+  bool wants_goal = false;       ///< false: keeps what it has; still counts when work is shared out
+  std::optional<Goal> goal;      ///< present goal
+};
+
+struct AssignmentRequest {
+  double time_s = 0.0;
+  std::vector<UavView> uavs;
+};
+
+struct Assignment {
+  std::vector<std::optional<Goal>> goals;  ///< one per UAV; nullopt = nothing useful for it now
+  std::size_t open_targets = 0;            ///< frontiers (or cells) still worth a visit
+  std::size_t unreachable_targets = 0;     ///< left, but no reachable pose sees them
+};
+
+/// Decides where each UAV goes. Sees the map, never the world.
+class CoverageStrategy {
+ public:
+  virtual ~CoverageStrategy() = default;
+  virtual std::string_view name() const = 0;
+  /// How UAVs may move under this strategy at present (slice mode: the layers found so far).
+  virtual planning3d::MotionRule motion_rule() const = 0;
+  virtual Assignment assign(const planning3d::FreeSpace& space, const AssignmentRequest& request) = 0;
+  /// Whether `goal` is still worth flying to: false once most of what it was for has been seen.
+  virtual bool still_useful(const planning3d::FreeSpace& space, const Goal& goal) = 0;
+  /// The goal could not be reached (no path, or nothing new was seen from it): avoid its surroundings
+  /// (SPEC B4: 0.6 m) for a while.
+  virtual void report_failure(const Goal& goal, double time_s) = 0;
+  /// State that a resumed run needs (blacklist, layers, ...) as one opaque text; map-derived state is rebuilt.
+  virtual std::string save_state() const = 0;
+  /// @throws InputError when the text is damaged.
+  virtual void load_state(const std::string& state) = 0;
+};
+
+struct CoverageConfig {
+  SensorModel sensor;
+  MotionLimits limits;
+  Robot robot;
+  Aabb box;                          ///< task box: only frontiers inside count
+  std::vector<double> layers_m;      ///< given layers; empty = automatic
+  bool slice = false;                ///< viewpoints only at layer heights
+  double blacklist_radius_m = 0.6;   ///< SPEC B4
+  double blacklist_time_s = 60.0;    ///< expiry
+  std::uint64_t seed = 1;
+};
+
+/// `frontiers` or `layers`. @throws InputError listing the known names.
+std::unique_ptr<CoverageStrategy> make_strategy(std::string_view name, const CoverageConfig& config);
+std::vector<std::string_view> strategy_names();
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "core/grid_spec.hpp"
+#include "mapping/occupancy_map.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace stairwell::mapping {
+
+enum class Obstacles { kOccupied, kBlocked };  ///< kBlocked: what OccupancyMap::blocked() says (unknown too)
+
+/// Truncated squared Euclidean distance, in cells, from each voxel centre to the nearest obstacle voxel's centre;
+/// exact up to the truncation. For kBlocked everything outside the grid counts as obstacle.
+class DistanceField {
+ public:
+  DistanceField(const GridSpec& grid, double truncation_m, Obstacles obstacles);
+
+  /// Recomputes what may have changed since the last call. @pre map.grid() == the field's grid
+  void update(const OccupancyMap& map);
+
+  const GridSpec& grid() const { return grid_; }
+  double truncation_m() const { return truncation_m_; }
+  int truncation_cells() const { return truncation_cells_; }
+  std::uint64_t revision() const { return revision_; }
+
+  /// Squared cells, capped at truncation_cells()^2; 0 outside the grid for kBlocked.
+  std::uint16_t squared_cells(const VoxelIndex& v) const {
+    return grid_.contains(v) ? squared_[grid_.linear(v)] : outside_;
+  }
+  double distance_m(const VoxelIndex& v) const;
+  const std::vector<std::uint16_t>& data() const { return squared_; }
+
+ private:
+  GridSpec grid_;
+  double truncation_m_ = 0.0;
+  int truncation_cells_ = 0;
+  Obstacles obstacles_ = Obstacles::kBlocked;
+  std::uint16_t outside_ = 0;
+  std::uint64_t revision_ = 0;
+  bool fresh_ = true;
+  std::vector<std::uint16_t> squared_;
+};
+
+/// Smallest squared centre-to-centre distance (cells) that guarantees that a sphere of `radius_m` around one voxel
+/// centre touches no part of the other voxel, whatever the direction.
+int min_squared_cells_for(double radius_m, double resolution_m);
+
+}  // namespace stairwell::mapping

@@ -1,0 +1,90 @@
+#pragma once
+
+#include "core/grid_spec.hpp"
+#include "core/occupancy.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace octomap {
+class OcTree;
+}
+
+namespace stairwell::mapping {
+
+/// OctoMap's sensor model. The defaults are octomap::OcTree's own.
+struct OccupancyParams {
+  double p_hit = 0.7;
+  double p_miss = 0.4;
+  double clamp_min = 0.1192;
+  double clamp_max = 0.971;
+  double p_occupied = 0.5;  ///< a voxel at or above this probability is occupied
+
+  std::vector<std::string> problems() const;
+};
+
+/// Axis-aligned range of voxels, both ends included.
+struct VoxelBox {
+  VoxelIndex lo;
+  VoxelIndex hi;
+};
+
+/// Log-odds occupancy of a finite box of the world, with a real octomap::OcTree behind it.
+///
+/// The working copy is a table of 8x8x8 blocks (allocated when first touched) that answers look-ups in a few
+/// nanoseconds; `octree()` brings the OcTree up to date with the blocks that changed since it was last asked for.
+/// The OcTree is the one OctoMap itself would hold for the same updates within the box.
+class OccupancyMap {
+ public:
+  static constexpr int kBlock = 8;
+
+  explicit OccupancyMap(const GridSpec& grid, const OccupancyParams& params = {});
+  ~OccupancyMap();
+  OccupancyMap(OccupancyMap&&) noexcept;
+  OccupancyMap& operator=(OccupancyMap&&) noexcept;
+
+  const GridSpec& grid() const;
+  const OccupancyParams& params() const;
+
+  /// kUnknown outside the grid.
+  Occupancy at(const VoxelIndex& v) const;
+  Occupancy at(const Eigen::Vector3d& point_m) const { return at(grid().index_of(point_m)); }
+  /// Log-odds of a known voxel; NaN when unknown or outside.
+  float log_odds(const VoxelIndex& v) const;
+
+  /// OctoMap's updateNode(key, occupied) on one voxel: adds the hit or miss log-odds, clamped.
+  /// Voxels outside the grid are ignored.
+  void update(const VoxelIndex& v, bool occupied);
+  /// Overwrites (map files, checkpoints).
+  void set_log_odds(const VoxelIndex& v, float log_odds);
+
+  /// Unknown space inside this sphere counts as free for `blocked` (the spot a UAV is started from); the map and
+  /// its files stay as they are.
+  void assume_free(const Eigen::Vector3d& center_m, double radius_m);
+  /// True where a UAV must not be: occupied, outside the grid, or unknown and not assumed free.
+  bool blocked(const VoxelIndex& v) const;
+
+  /// Counts up with every voxel whose tri-state (or assumed) class changes.
+  std::uint64_t revision() const;
+  /// Visits the voxel box of every block in which some class changed after `revision`.
+  void for_each_block_changed_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
+
+  std::size_t known_voxels() const;
+  std::size_t occupied_voxels() const;
+  double known_volume_m3() const;
+  std::size_t memory_bytes() const;
+
+  /// The OcTree brought up to date (pruned, inner nodes current). Valid until the next call of a non-const member.
+  const octomap::OcTree& octree() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stairwell::mapping

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "core/aabb.hpp"
+#include "core/robot.hpp"
+#include "mapping/distance_field.hpp"
+#include "mapping/occupancy_map.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace stairwell::planning3d {
+
+/// In which directions a planner may move.
+/// kVolume: anywhere. kSlice: horizontally only at the layers' heights, vertically anywhere (SPEC A16: layers are
+/// changed through the openings that the map shows).
+struct MotionRule {
+  enum class Kind { kVolume, kSlice };
+  Kind kind = Kind::kVolume;
+  std::vector<double> layers_m;  ///< heights of the layers, kSlice only
+
+  static MotionRule volume() { return {}; }
+  static MotionRule slice(std::vector<double> layers_m) { return {Kind::kSlice, std::move(layers_m)}; }
+};
+
+/// A moving obstacle for planning: keep out of this sphere (a fellow UAV's present or final position).
+struct KeepOut {
+  Eigen::Vector3d center_m;
+  double radius_m;
+};
+
+/// Read-only view of where the robot's centre may be: known-free (or assumed-free) space with clearance, inside the
+/// flight box. Cheap to make; holds references.
+class FreeSpace {
+ public:
+  FreeSpace(const mapping::OccupancyMap& map, const mapping::DistanceField& blocked_distance, const Robot& robot,
+            const Aabb& flight_box);
+
+  const GridSpec& grid() const { return map_->grid(); }
+  const mapping::OccupancyMap& map() const { return *map_; }
+  const mapping::DistanceField& blocked_distance() const { return *distance_; }
+  const Robot& robot() const { return robot_; }
+  const Aabb& flight_box() const { return flight_box_; }
+
+  /// The robot centred in this voxel keeps its clearance from everything blocked.
+  bool traversable(const VoxelIndex& v) const {
+    return distance_->squared_cells(v) >= min_squared_cells_ && v.x >= lo_.x && v.y >= lo_.y && v.z >= lo_.z &&
+           v.x <= hi_.x && v.y <= hi_.y && v.z <= hi_.z;
+  }
+  int min_squared_cells() const { return min_squared_cells_; }
+
+  /// Exact: a sphere of the robot's radius centred anywhere (not only at voxel centres) touches no blocked voxel.
+  bool sphere_free(const Eigen::Vector3d& center_m, double radius_m) const;
+  /// Nearest traversable voxel within `reach_m` of a point, by distance; false if there is none.
+  bool nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const;
+
+ private:
+  const mapping::OccupancyMap* map_;
+  const mapping::DistanceField* distance_;
+  Robot robot_;
+  Aabb flight_box_;
+  int min_squared_cells_ = 1;
+  VoxelIndex lo_, hi_;
+};
+
+}  // namespace stairwell::planning3d

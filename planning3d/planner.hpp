@@ -1,0 +1,45 @@
+#pragma once
+
+#include "planning3d/free_space.hpp"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace stairwell::planning3d {
+
+enum class PlanStatus { kReached, kStartBlocked, kGoalBlocked, kNoPath, kTimedOut, kLocalMinimum };
+const char* to_string(PlanStatus status);
+
+struct PlanRequest {
+  Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d goal_m = Eigen::Vector3d::Zero();
+  MotionRule rule;
+  std::vector<KeepOut> keep_out;
+  double clearance_weight = 1.0;        ///< extra cost near obstacles; 0 = shortest path
+  std::size_t max_expansions = 5'000'000;  ///< iteration budget: repeatable, unlike a time budget
+};
+
+struct PlanResult {
+  PlanStatus status = PlanStatus::kNoPath;
+  std::vector<Eigen::Vector3d> path_m;  ///< straight segments from start to goal, each traversable; empty unless reached
+  double length_m = std::numeric_limits<double>::quiet_NaN();
+  std::size_t expansions = 0;
+};
+
+class Planner {
+ public:
+  virtual ~Planner() = default;
+  virtual std::string_view name() const = 0;
+  virtual PlanResult plan(const FreeSpace& space, const PlanRequest& request) = 0;
+};
+
+/// `astar` or `apf`. @throws InputError listing the known names.
+std::unique_ptr<Planner> make_planner(std::string_view name);
+std::vector<std::string_view> planner_names();
+
+}  // namespace stairwell::planning3d

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "core/trajectory.hpp"
+#include "planning3d/free_space.hpp"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace stairwell::planning3d {
+
+enum class Verdict { kSafe, kOccupied, kUnknown, kOutsideBox, kLimits, kFellow };
+const char* to_string(Verdict verdict);
+
+struct SafetyReport {
+  Verdict verdict = Verdict::kSafe;
+  double at_time_s = std::numeric_limits<double>::quiet_NaN();  ///< first bad moment (paths: metres along the path)
+  Eigen::Vector3d at_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  bool safe() const { return verdict == Verdict::kSafe; }
+};
+
+/// The one check that every path and trajectory passes, whoever made it (SPEC A18): the robot's shape against
+/// occupied and unknown voxels (distance field first, FCL for the close calls), the flight box, the limits, and
+/// fellow UAVs' commanded motions. Unknown space is never entered.
+class SafetyCheck {
+ public:
+  struct Config {
+    double step_m = 0.05;             ///< spacing of the checked states
+    double fellow_clearance_m = 0.5;  ///< least distance between the centres of two UAVs
+  };
+  SafetyCheck() = default;
+  explicit SafetyCheck(const Config& config) : config_(config) {}
+
+  SafetyReport check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const;
+  /// From `from_s` to the end, where the UAV stays. Space only.
+  SafetyReport check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const;
+  SafetyReport check_limits(const Trajectory& trajectory, const MotionLimits& limits, double from_s) const;
+  /// Against the fellows' whole commanded motions, including both standing still at their ends for ever.
+  SafetyReport check_fellows(const Trajectory& trajectory, const std::vector<const Trajectory*>& fellows,
+                             double from_s) const;
+
+  const Config& config() const { return config_; }
+
+ private:
+  Config config_{};
+};
+
+}  // namespace stairwell::planning3d

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "core/grid_spec.hpp"
+#include "core/robot.hpp"
+#include "core/scan.hpp"
+#include "sim3d/ray_caster.hpp"
+#include "sim3d/world.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace stairwell::sim3d {
+
+/// What a voxel truly is. kBoundary: the surface lies on (or within a millimetre or two of) one of its faces, so both
+/// answers are right.
+enum class TruthClass : std::uint8_t { kFree, kBoundary, kSurface };
+
+/// The world on the map's own lattice: which voxels a surface passes through. Used only outside the agents.
+class GroundTruth {
+ public:
+  GroundTruth(const World& world, const GridSpec& grid);
+
+  const GridSpec& grid() const { return grid_; }
+  TruthClass at(const VoxelIndex& v) const { return classes_[grid_.linear(v)]; }
+  /// A sphere of `radius_m` centred at the point touches no surface (exact triangle distance).
+  bool sphere_free(const Eigen::Vector3d& center_m, double radius_m) const;
+  /// Distance from a point to the nearest surface, capped at `cap_m`.
+  double clearance_m(const Eigen::Vector3d& point_m, double cap_m) const;
+
+  /// Voxels whose centre the robot can occupy collision-free and reach from one of the starts inside `flight_box`.
+  /// One byte per voxel.
+  std::vector<std::uint8_t> reachable(const std::vector<Eigen::Vector3d>& starts_m, const Robot& robot,
+                                      const Aabb& flight_box) const;
+
+  /// Voxels inside `task_box` that some reachable pose can see with this sensor (any yaw): every reachable voxel,
+  /// and each further free or surface voxel for which a ray from some reachable voxel, within range and elevation
+  /// limits, ends in it. One byte per voxel. `rays_per_voxel` poses are tried before a voxel counts as unseeable.
+  std::vector<std::uint8_t> explorable(const std::vector<std::uint8_t>& reachable, const RayCaster& caster,
+                                       const SensorModel& sensor, const Aabb& task_box, int rays_per_voxel = 96) const;
+
+ private:
+  GridSpec grid_;
+  TriangleMesh mesh_;
+  std::vector<TruthClass> classes_;
+  // Triangles per coarse cell, for exact distances.
+  GridSpec bins_;
+  std::vector<std::uint32_t> bin_begin_;
+  std::vector<std::uint32_t> bin_triangles_;
+};
+
+}  // namespace stairwell::sim3d

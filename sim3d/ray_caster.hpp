@@ -1,0 +1,38 @@
+#pragma once
+
+#include "sim3d/world.hpp"
+
+#include <Eigen/Core>
+
+#include <limits>
+#include <memory>
+#include <span>
+
+namespace stairwell::sim3d {
+
+struct RayHit {
+  float distance_m = std::numeric_limits<float>::infinity();  ///< infinity: nothing within range
+  std::uint32_t triangle = 0;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< geometric, not normalised
+};
+
+/// Embree over one mesh. Safe to share between threads.
+class RayCaster {
+ public:
+  explicit RayCaster(const TriangleMesh& mesh);
+  ~RayCaster();
+  RayCaster(RayCaster&&) noexcept;
+
+  /// @param direction unit length
+  RayHit cast(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float max_range_m) const;
+  /// Distances for many directions from one origin (the sensor's case); infinity where nothing is hit.
+  void cast_from(const Eigen::Vector3f& origin_m, std::span<const Eigen::Vector3f> directions, float max_range_m,
+                 std::span<float> distances_m) const;
+  bool occluded(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float max_range_m) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stairwell::sim3d

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "core/aabb.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stairwell::sim3d {
+
+/// Triangle soup in the world frame, metres.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  void append(const TriangleMesh& other);
+  Aabb bounds() const;
+};
+
+/// A ground-truth world: everything is surfaces. Voxel inputs (OctoMap, clouds, images, .3dmap) become the exposed
+/// faces of their solid voxels.
+struct World {
+  std::string name;          ///< file stem
+  TriangleMesh mesh;
+  Aabb bounds;               ///< of the mesh (infinite planes are clipped to a finite patch)
+};
+
+struct WorldOptions {
+  double extrude_height_m = 2.5;   ///< .yaml/.pgm maps: height of the walls
+  double point_size_m = 0.1;       ///< clouds: each point fills the voxel of this size that holds it
+  double voxel_size_m = 1.0;       ///< .3dmap: edge of one cell
+};
+
+/// By extension: .sdf/.world (SDFormat), .stl .obj .dae .ply(with faces) .glb .gltf (meshes), .bt .ot (OctoMap),
+/// .pcd .ply(points) (clouds), .yaml (+ image, ROS map_server), .3dmap (Moving AI).
+/// @throws InputError naming the file and what is wrong (missing, empty, truncated, malformed, nothing solid in it).
+World load_world(const std::filesystem::path& file, const WorldOptions& options = {});
+
+}  // namespace stairwell::sim3d
