@@ -1,0 +1,1 @@
+#include "coverage3d/strategy.hpp"

@@ -1,0 +1,1 @@
+#include "mapping/occupancy_map.hpp"

@@ -1,0 +1,1 @@
+#include "perception/cloud_pipeline.hpp"

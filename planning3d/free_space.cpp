@@ -1,0 +1,1 @@
+#include "planning3d/free_space.hpp"

@@ -1,0 +1,1 @@
+#include "sim3d/ray_caster.hpp"

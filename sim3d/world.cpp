@@ -1,0 +1,1 @@
+#include "sim3d/world.hpp"
