@@ -1,0 +1,74 @@
+#pragma once
+
+#include "core/doors.hpp"
+#include "explore/exploration_log.hpp"
+#include "explore/fleet_config.hpp"
+#include "mapping/occupancy_map.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stairwell::explore {
+
+enum class StopReason { kRunning, kTargetReached, kNothingReachableLeft, kTimeLimit, kInterrupted };
+/// `running`, `target reached`, `nothing reachable left`, `time limit`, `interrupted`.
+const char* to_string(StopReason reason);
+
+/// Doors of one UAV; owned by the caller, outlive the fleet.
+struct UavDoors {
+  DepthSource* sensor = nullptr;
+  Vehicle* vehicle = nullptr;
+};
+
+/// Cost and trouble so far.
+struct FleetStats {
+  std::vector<double> plan_ms;       ///< one per decision of a UAV (goal, path, trajectory, checks)
+  std::vector<double> integrate_ms;  ///< one per scan (filter and map)
+  std::size_t fallbacks = 0;         ///< plans answered by another planner than the one asked for
+  std::size_t emergency_stops = 0;
+  std::size_t open_targets = 0;      ///< left by the coverage strategy when last asked
+  std::size_t unreachable_targets = 0;
+};
+
+/// The fleet's loop in simulated time: every tick all UAVs move, sense, map and decide (state machine of SPEC B3:
+/// take-off, radial scan, find goal, travel, land). One shared map. Repeatable for a seed when planning time is not
+/// charged.
+class Fleet {
+ public:
+  /// @param clock_s monotonic seconds, to measure planning time; pass `[]{ return 0.0; }` for repeatable runs.
+  /// @throws InputError when the configuration has problems.
+  Fleet(const FleetConfig& config, std::vector<UavDoors> uavs, ExplorationLog& log, std::function<double()> clock_s);
+  ~Fleet();
+
+  /// One tick of 1/sensor rate seconds. @returns false when the run is over: see stop_reason().
+  bool step();
+  /// Ends the run: step() returns false from now on.
+  void stop(StopReason reason);
+
+  double time_s() const;
+  double tick_s() const;
+  StopReason stop_reason() const;
+  std::size_t size() const;
+  MotionState uav_state(std::size_t uav) const;
+  /// Short name of the state machine's state.
+  const char* uav_phase(std::size_t uav) const;
+  const mapping::OccupancyMap& map() const;
+  const FleetStats& stats() const;
+  /// Layers in use at present (slice mode), else empty.
+  std::vector<double> layers_m() const;
+
+  /// Everything a resumed run needs except the map (save that as .ot) and the simulator's own state.
+  std::string save_state() const;
+  /// @param map what was saved beside the state. The vehicles must already be where they were: they are commanded
+  /// their saved trajectories again. @throws InputError when the state is damaged or for another fleet size.
+  void load_state(const std::string& state, mapping::OccupancyMap map);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stairwell::explore

@@ -1,0 +1,53 @@
+#include "explore/fleet_config.hpp"
+
+#include <cmath>
+
+namespace stairwell::explore {
+
+namespace {
+
+void append(std::vector<std::string>& all, const std::vector<std::string>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+void require_positive(std::vector<std::string>& found, double value, const char* name) {
+  if (!(value > 0.0) || !std::isfinite(value)) found.push_back(std::string(name) + " must be a positive number");
+}
+
+}  // namespace
+
+std::vector<std::string> FleetConfig::problems() const {
+  std::vector<std::string> found;
+  if (task_box.empty() || !task_box.min_m.allFinite() || !task_box.max_m.allFinite()) {
+    found.emplace_back("box is empty or not finite: give x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1");
+  }
+  require_positive(found, resolution_m, "resolution");
+  require_positive(found, step_delta_m, "step length");
+  require_positive(found, step_period_s, "step period");
+  require_positive(found, time_limit_s, "time limit");
+  require_positive(found, radial_scan_radps, "radial scan speed");
+  require_positive(found, replan_period_s, "replan period");
+  require_positive(found, blacklist_radius_m, "blacklist radius");
+  require_positive(found, blacklist_time_s, "blacklist time");
+  if (!(plan_latency_s >= 0.0)) found.emplace_back("plan latency must not be negative");
+  if (!(takeoff_height_m >= 0.0)) found.emplace_back("take-off height must not be negative");
+  if (!(start_bubble_m >= robot.clearance_m())) {
+    found.emplace_back("start bubble must be at least the robot's radius plus margin");
+  }
+  if (!(fellow_clearance_m >= 2.0 * robot.radius_m)) {
+    found.emplace_back("fellow clearance must be at least two robot radii");
+  }
+  for (const double layer_m : layers_m) {
+    if (!std::isfinite(layer_m) || layer_m < task_box.min_m.z() || layer_m > task_box.max_m.z()) {
+      found.push_back("layer " + std::to_string(layer_m) + " m lies outside the box");
+    }
+  }
+  append(found, occupancy.problems());
+  append(found, sensor.problems());
+  append(found, cloud.problems());
+  append(found, limits.problems());
+  append(found, robot.problems());
+  return found;
+}
+
+}  // namespace stairwell::explore
