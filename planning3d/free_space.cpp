@@ -1,1 +1,100 @@
 #include "planning3d/free_space.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kTouch_m = 1e-9;                       // rounding, so that a sphere may rest against a face
+constexpr double kHalfDiagonal = 0.866025403784438647;  // of a unit voxel
+
+double squared_distance_to_voxel(const Eigen::Vector3d& point_m, const Eigen::Vector3d& voxel_center_m, double half_m) {
+  const Eigen::Vector3d outside_m = ((point_m - voxel_center_m).cwiseAbs().array() - half_m).max(0.0).matrix();
+  return outside_m.squaredNorm();
+}
+
+bool all_finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
+
+}  // namespace
+
+FreeSpace::FreeSpace(const mapping::OccupancyMap& map, const mapping::DistanceField& blocked_distance,
+                     const Robot& robot, const Aabb& flight_box)
+    : map_(&map), distance_(&blocked_distance), robot_(robot), flight_box_(flight_box) {
+  const GridSpec& grid = map.grid();
+  min_squared_cells_ = mapping::min_squared_cells_for(robot.clearance_m(), grid.resolution_m());
+  int lo[3];
+  int hi[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const int first = grid.first_cell()[static_cast<std::size_t>(axis)];
+    const int last = grid.size()[static_cast<std::size_t>(axis)] - 1;
+    // Centre (first + v + 0.5) * res inside [min, max]; clamped before the cast so that huge boxes are fine.
+    const double from = std::ceil(flight_box.min_m[axis] / grid.resolution_m() - 0.5 - 1e-9) - first;
+    const double to = std::floor(flight_box.max_m[axis] / grid.resolution_m() - 0.5 + 1e-9) - first;
+    lo[axis] = static_cast<int>(std::clamp(from, 0.0, last + 1.0));
+    hi[axis] = static_cast<int>(std::clamp(to, -1.0, static_cast<double>(last)));
+  }
+  lo_ = {lo[0], lo[1], lo[2]};
+  hi_ = {hi[0], hi[1], hi[2]};
+}
+
+bool FreeSpace::surely_free(const Eigen::Vector3d& center_m, double radius_m) const {
+  if (!all_finite(center_m) || !grid().box().contains(center_m)) return false;
+  const VoxelIndex v = grid().index_of(center_m);
+  const double res_m = grid().resolution_m();
+  const double between_centres_m = res_m * std::sqrt(static_cast<double>(distance_->squared_cells(v)));
+  const double off_centre_m = (center_m - grid().center_of(v)).norm();
+  return between_centres_m - kHalfDiagonal * res_m - off_centre_m >= radius_m;
+}
+
+bool FreeSpace::sphere_free(const Eigen::Vector3d& center_m, double radius_m) const {
+  if (!all_finite(center_m) || !grid().box().contains(center_m)) return false;
+  if (surely_free(center_m, radius_m)) return true;
+  const double half_m = 0.5 * grid().resolution_m();
+  const double reach_m = std::max(0.0, radius_m - kTouch_m);
+  const VoxelIndex from = grid().index_of(center_m - Eigen::Vector3d::Constant(reach_m));
+  const VoxelIndex to = grid().index_of(center_m + Eigen::Vector3d::Constant(reach_m));
+  for (int z = from.z; z <= to.z; ++z) {
+    for (int y = from.y; y <= to.y; ++y) {
+      for (int x = from.x; x <= to.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        if (!map_->blocked(v)) continue;
+        const double squared_m2 = squared_distance_to_voxel(center_m, grid().center_of(v), half_m);
+        if (squared_m2 < reach_m * reach_m || squared_m2 == 0.0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool FreeSpace::nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const {
+  if (!all_finite(point_m) || !(reach_m >= 0.0)) return false;
+  const Eigen::Vector3d nearest_m = point_m.cwiseMax(grid().box().min_m).cwiseMin(grid().box().max_m);
+  if ((nearest_m - point_m).norm() > reach_m) return false;
+  const VoxelIndex at = grid().index_of(point_m);
+  if (traversable(at)) {
+    found = at;
+    return true;
+  }
+  const int cells = static_cast<int>(std::ceil(reach_m / grid().resolution_m())) + 1;
+  double best_m2 = reach_m * reach_m + 1e-12;
+  bool any = false;
+  for (int z = std::max(lo_.z, at.z - cells); z <= std::min(hi_.z, at.z + cells); ++z) {
+    for (int y = std::max(lo_.y, at.y - cells); y <= std::min(hi_.y, at.y + cells); ++y) {
+      for (int x = std::max(lo_.x, at.x - cells); x <= std::min(hi_.x, at.x + cells); ++x) {
+        const VoxelIndex v{x, y, z};
+        if (!traversable(v)) continue;
+        const double squared_m2 = (grid().center_of(v) - point_m).squaredNorm();
+        if (squared_m2 >= best_m2) continue;
+        best_m2 = squared_m2;
+        found = v;
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
+}  // namespace stairwell::planning3d

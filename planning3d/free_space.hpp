@@ -47,9 +47,15 @@ class FreeSpace {
            v.x <= hi_.x && v.y <= hi_.y && v.z <= hi_.z;
   }
   int min_squared_cells() const { return min_squared_cells_; }
+  /// Voxels whose centre lies inside the flight box and the grid, both ends included; empty where lo > hi.
+  const VoxelIndex& lo() const { return lo_; }
+  const VoxelIndex& hi() const { return hi_; }
 
   /// Exact: a sphere of the robot's radius centred anywhere (not only at voxel centres) touches no blocked voxel.
+  /// A sphere that only touches a face does not count. Does not look at the flight box.
   bool sphere_free(const Eigen::Vector3d& center_m, double radius_m) const;
+  /// The distance field alone says that the sphere is free (never wrongly; may say no for free spheres).
+  bool surely_free(const Eigen::Vector3d& center_m, double radius_m) const;
   /// Nearest traversable voxel within `reach_m` of a point, by distance; false if there is none.
   bool nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const;
 

@@ -20,13 +20,14 @@ struct PlanRequest {
   Eigen::Vector3d goal_m = Eigen::Vector3d::Zero();
   MotionRule rule;
   std::vector<KeepOut> keep_out;
-  double clearance_weight = 1.0;        ///< extra cost near obstacles; 0 = shortest path
+  double clearance_weight = 1.0;           ///< extra cost near obstacles; 0 = shortest path
   std::size_t max_expansions = 5'000'000;  ///< iteration budget: repeatable, unlike a time budget
 };
 
 struct PlanResult {
   PlanStatus status = PlanStatus::kNoPath;
-  std::vector<Eigen::Vector3d> path_m;  ///< straight segments from start to goal, each traversable; empty unless reached
+  std::vector<Eigen::Vector3d>
+      path_m;  ///< straight segments from start to goal, each traversable; empty unless reached
   double length_m = std::numeric_limits<double>::quiet_NaN();
   std::size_t expansions = 0;
 };

@@ -14,7 +14,7 @@ struct TrajectoryRequest {
   double depart_s = 0.0;                 ///< switch time: the new trajectory starts in the previous one's state then
   std::vector<Eigen::Vector3d> path_m;   ///< from about the departure position to the goal
   double goal_yaw_rad = 0.0;
-  bool look_along_path = false;          ///< depth cameras: face the direction of flight until near the goal (B5)
+  bool look_along_path = false;  ///< depth cameras: face the direction of flight until near the goal (B5)
 };
 
 /// Cubic B-spline (C2) through the path's corridor (SPEC A5), joined to the motion under way, time-parameterised

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 namespace stairwell::planning3d {
@@ -16,7 +17,10 @@ class TravelCosts {
   static constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 
   /// @param stride voxels per cell edge; 0 chooses about 0.2 m.
-  explicit TravelCosts(int stride = 0) : stride_(stride) {}
+  explicit TravelCosts(int stride = 0);
+  ~TravelCosts();
+  TravelCosts(TravelCosts&&) noexcept;
+  TravelCosts& operator=(TravelCosts&&) noexcept;
 
   /// Recomputes from `source_m`. Cells farther than `limit_m` stay unreachable.
   void compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
@@ -26,11 +30,31 @@ class TravelCosts {
   float distance_m(const VoxelIndex& v) const;
   float distance_m(const Eigen::Vector3d& point_m) const;
 
+  /// Cell centres along the shortest way, from the source to `point_m` (both included as given, also when one cell
+  /// holds both); empty where there is none.
+  std::vector<Eigen::Vector3d> path_to(const Eigen::Vector3d& point_m) const;
+
  private:
+  struct Steps;
+
+  void resize(const GridSpec& grid);
+  void mark_passable(const FreeSpace& space, const MotionRule& rule);
+  void spread_volume(float limit_cells);
+  void spread_slice(float limit_cells);
+  void lower(std::size_t cell, float cost, std::uint8_t direction);
+  std::size_t cell_of(const VoxelIndex& v) const;
+  Eigen::Vector3d center_of_cell(std::size_t cell) const;
+
   int stride_;
+  int cell_voxels_ = 1;  ///< stride in use
   GridSpec grid_;
-  int size_[3] = {0, 0, 0};
-  std::vector<float> cost_m_;
+  int size_[3] = {0, 0, 0};  ///< cells, with a border of one impassable cell on every side
+  Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
+  std::vector<float> cost_;              ///< in cell edges; negative = impassable
+  std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
+  std::vector<std::uint8_t> level_;      ///< slice rule: 1 where horizontal moves are allowed
+  std::vector<std::uint32_t> buckets_[3];
+  std::unique_ptr<Steps> steps_;
 };
 
 }  // namespace stairwell::planning3d
