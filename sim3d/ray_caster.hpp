@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
@@ -16,9 +17,11 @@ struct RayHit {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< geometric, not normalised
 };
 
-/// Embree over one mesh. Safe to share between threads.
+/// Embree over one mesh (copied). Both sides of a triangle are hit. Safe to share between threads. An empty mesh is
+/// an empty world: no ray hits anything.
 class RayCaster {
  public:
+  /// @throws std::invalid_argument for a triangle that names a missing vertex; RunError if Embree fails.
   explicit RayCaster(const TriangleMesh& mesh);
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;
@@ -26,8 +29,13 @@ class RayCaster {
   /// @param direction unit length
   RayHit cast(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float max_range_m) const;
   /// Distances for many directions from one origin (the sensor's case); infinity where nothing is hit.
+  /// Fastest when neighbours in `directions` point alike.
+  /// @throws std::invalid_argument when the spans differ in size.
   void cast_from(const Eigen::Vector3f& origin_m, std::span<const Eigen::Vector3f> directions, float max_range_m,
                  std::span<float> distances_m) const;
+  /// The same for rays that share nothing; each has its own origin and range.
+  void cast_many(std::span<const Eigen::Vector3f> origins_m, std::span<const Eigen::Vector3f> directions,
+                 std::span<const float> max_ranges_m, std::span<float> distances_m) const;
   bool occluded(const Eigen::Vector3f& origin_m, const Eigen::Vector3f& direction, float max_range_m) const;
 
  private:
