@@ -27,6 +27,8 @@ class Vehicle {
   /// Follow `trajectory` from its start time on; replaces what was commanded before from that time on.
   /// @throws std::invalid_argument when the limits are exceeded or the motion is not continuous with the present one.
   virtual void command(const Trajectory& trajectory) = 0;
+  /// Be in the middle of this motion, whatever was before (a resumed run); the next `advance` says when.
+  virtual void resume(const Trajectory& flying) = 0;
   /// The motion commanded at present (for predictions and for broadcasting to fellow UAVs).
   virtual const Trajectory& commanded() const = 0;
   virtual void advance(double time_s) = 0;

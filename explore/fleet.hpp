@@ -49,6 +49,8 @@ class Fleet {
   void stop(StopReason reason);
 
   double time_s() const;
+  /// When the last UAV had finished exploring (landing comes after it); the present time before that.
+  double exploration_end_s() const;
   double tick_s() const;
   StopReason stop_reason() const;
   std::size_t size() const;
@@ -62,8 +64,8 @@ class Fleet {
 
   /// Everything a resumed run needs except the map (save that as .ot) and the simulator's own state.
   std::string save_state() const;
-  /// @param map what was saved beside the state. The vehicles must already be where they were: they are commanded
-  /// their saved trajectories again. @throws InputError when the state is damaged or for another fleet size.
+  /// @param map what was saved beside the state. The vehicles resume their saved trajectories.
+  /// @throws InputError when the state is damaged or for another fleet size.
   void load_state(const std::string& state, mapping::OccupancyMap map);
 
  private:

@@ -88,6 +88,12 @@ class FollowingVehicle : public Vehicle {
     commanded_ = splice(commanded_, trajectory, now_s_);
   }
 
+  void resume(const Trajectory& flying) override {
+    if (flying.empty()) throw std::invalid_argument("a vehicle cannot resume a trajectory without states");
+    commanded_ = flying;
+    landed_ = false;
+  }
+
   void advance(double time_s) override {
     if (!(time_s >= now_s_ - kSameTime_s)) {
       throw std::invalid_argument("a vehicle cannot go back in time, to " + std::to_string(time_s) + " s");

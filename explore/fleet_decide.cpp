@@ -1,0 +1,306 @@
+#include "core/units.hpp"
+#include "explore/fleet_impl.hpp"
+#include "explore/radial_scan.hpp"
+#include "planning3d/travel_costs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+
+namespace stairwell::explore {
+
+using coverage3d::Assignment;
+using coverage3d::AssignmentRequest;
+using coverage3d::Goal;
+using coverage3d::UavView;
+
+namespace {
+
+constexpr double kRetry_s = 0.5;           // after "nothing for you" or a fellow in the way
+constexpr int kGiveUpWaiting = 12;         // plans in a row before a goal blocked by fellows is given up
+constexpr double kSettled_s = 1.0;         // nobody has anything to do for this long: the end
+constexpr double kSameGoal_m = 0.15;
+constexpr double kSameYaw_rad = 0.2;
+constexpr double kRescan_m = 0.5;          // no second radial scan within this distance of the last one
+constexpr double kLatencyHeadroom = 1.5;   // plans depart this many of the last computing times ahead
+constexpr double kMaxLatency_s = 1.0;
+constexpr double kMakeWayReach_m = 4.0;
+
+bool same_goal(const Goal& a, const Goal& b) {
+  return (a.position_m - b.position_m).norm() < kSameGoal_m &&
+         std::abs(std::remainder(a.yaw_rad - b.yaw_rad, 2.0 * kPi)) < kSameYaw_rad;
+}
+
+/// The reachable voxel around `from_m` with the shortest way to it that satisfies `far_enough`.
+std::optional<Eigen::Vector3d> nearest_refuge(const planning3d::FreeSpace& space, const planning3d::TravelCosts& costs,
+                                              const Eigen::Vector3d& from_m,
+                                              const std::function<bool(const Eigen::Vector3d&)>& far_enough) {
+  const int reach = static_cast<int>(kMakeWayReach_m / space.grid().resolution_m());
+  const VoxelIndex center = space.grid().index_of(from_m);
+  std::optional<Eigen::Vector3d> best_m;
+  float best_cost_m = std::numeric_limits<float>::infinity();
+  for (int dz = -reach / 2; dz <= reach / 2; dz += 2) {
+    for (int dy = -reach; dy <= reach; dy += 2) {
+      for (int dx = -reach; dx <= reach; dx += 2) {
+        const VoxelIndex v = center + VoxelIndex{dx, dy, dz};
+        if (!space.traversable(v) || costs.distance_m(v) >= best_cost_m) continue;
+        const Eigen::Vector3d p_m = space.grid().center_of(v);
+        if (!far_enough(p_m)) continue;
+        best_cost_m = costs.distance_m(v);
+        best_m = p_m;
+      }
+    }
+  }
+  return best_m;
+}
+
+double distance_to_polyline(const std::vector<Eigen::Vector3d>& path_m, const Eigen::Vector3d& p_m) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) {
+    const Eigen::Vector3d leg = path_m[i + 1] - path_m[i];
+    const double u = std::clamp((p_m - path_m[i]).dot(leg) / std::max(leg.squaredNorm(), 1e-12), 0.0, 1.0);
+    nearest_m = std::min(nearest_m, (path_m[i] + u * leg - p_m).norm());
+  }
+  return nearest_m;
+}
+
+}  // namespace
+
+void Fleet::Impl::decide() {
+  for (Uav& uav : uavs) guard(uav);
+  for (Uav& uav : uavs) advance_phase(uav);
+  std::vector<std::size_t> wanting;
+  for (const Uav& uav : uavs) {
+    if (wants_goal(uav)) wanting.push_back(uav.id);
+  }
+  if (!wanting.empty()) assign_goals(wanting);
+  finish_if_nothing_left();
+}
+
+/// The way ahead is checked on every tick: the map may have changed under a trajectory.
+void Fleet::Impl::guard(Uav& uav) {
+  if (uav.phase != Phase::kTravel || uav.at_rest(now_s())) return;
+  const auto report = pilot.still_safe(space(), uav, now_s());
+  if (report.safe()) return;
+  log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(report.verdict));
+  ++stats.emergency_stops;
+  command(uav, pilot.brake(uav, now_s()));
+  uav.goal.reset();
+  enter(uav, Phase::kFindGoal);
+}
+
+void Fleet::Impl::advance_phase(Uav& uav) {
+  switch (uav.phase) {
+    case Phase::kGrounded: take_off(uav); break;
+    case Phase::kTakeoff:
+    case Phase::kRadialScan:
+      if (uav.at_rest(now_s())) scan_around_or_find_goal(uav);
+      break;
+    case Phase::kTravel:
+      if (uav.at_rest(now_s())) arrive(uav);
+      break;
+    case Phase::kLand:
+      if (uav.at_rest(now_s())) enter(uav, Phase::kDone);
+      break;
+    case Phase::kFindGoal:
+    case Phase::kDone: break;
+  }
+}
+
+void Fleet::Impl::take_off(Uav& uav) {
+  if (!uav.took_off || config.takeoff_height_m <= 0.0) {
+    scan_around_or_find_goal(uav);
+    return;
+  }
+  const double to_z_m = std::min(uav.vehicle->state().position_m.z() + config.takeoff_height_m,
+                                 config.task_box.max_m.z() - config.robot.clearance_m());
+  const auto lift = pilot.vertical(space(), uav, to_z_m, now_s(), false);
+  if (lift && command(uav, *lift)) enter(uav, Phase::kTakeoff);
+}
+
+void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
+  const MotionState state = uav.vehicle->state();
+  if (config.radial_scan && (state.position_m - uav.scanned_at_m).norm() > kRescan_m) {
+    uav.scanned_at_m = state.position_m;
+    const double turn_rad = radial_scan_turn(map, state.position_m, state.yaw_rad, config.sensor,
+                                             0.5 * config.sensor.max_range_m);
+    if (std::abs(turn_rad) > 0.05 && command(uav, pilot.rotate(uav, turn_rad, now_s()))) {
+      enter(uav, Phase::kRadialScan);
+      return;
+    }
+  }
+  enter(uav, Phase::kFindGoal);
+}
+
+/// At the goal, with the scan from there in the map: what is still unseen cannot be seen from here.
+void Fleet::Impl::arrive(Uav& uav) {
+  if (uav.goal && strategy->still_useful(space(), *uav.goal)) {
+    strategy->report_failure(*uav.goal, now_s());
+    log.on_event(now_s(), uav.id, "goal_failed", "nothing_new_seen");
+  }
+  uav.goal.reset();
+  enter(uav, Phase::kFindGoal);
+}
+
+bool Fleet::Impl::wants_goal(const Uav& uav) {
+  if (now_s() < uav.next_decision_s) return false;
+  if (uav.phase == Phase::kFindGoal) return true;
+  if (uav.phase != Phase::kTravel || !uav.goal) return false;
+  if (now_s() - uav.goal_given_s >= config.replan_period_s) return true;
+  return !strategy->still_useful(space(), *uav.goal);
+}
+
+double Fleet::Impl::depart_time(const Uav& uav) const {
+  // Whole ticks, so that every motion starts where the simulation looks at it.
+  return (static_cast<double>(ticks) + std::max(1.0, std::ceil(uav.latency_s / tick_s))) * tick_s;
+}
+
+/// Time spent computing passes in the simulation: nothing new is decided meanwhile, and the next plan departs late
+/// enough for as long a computation.
+void Fleet::Impl::charge(Uav& uav, double computing_s) {
+  stats.plan_ms.push_back(computing_s * 1e3);
+  if (!config.charge_planning) return;
+  uav.next_decision_s = std::max(uav.next_decision_s, now_s() + computing_s);
+  uav.latency_s = std::clamp(kLatencyHeadroom * computing_s, config.plan_latency_s, kMaxLatency_s);
+}
+
+void Fleet::Impl::assign_goals(const std::vector<std::size_t>& wanting) {
+  const double before_s = clock_s();
+  AssignmentRequest request;
+  request.time_s = now_s();
+  for (const Uav& uav : uavs) {
+    const MotionState state = uav.commanded().sample(depart_time(uav));
+    UavView view;
+    view.position_m = state.position_m;
+    view.velocity_mps = state.velocity_mps;
+    view.yaw_rad = state.yaw_rad;
+    view.goal = uav.goal;
+    view.wants_goal = std::find(wanting.begin(), wanting.end(), uav.id) != wanting.end();
+    request.uavs.push_back(view);
+  }
+  const Assignment assignment = strategy->assign(space(), request);
+  stats.open_targets = assignment.open_targets;
+  stats.unreachable_targets = assignment.unreachable_targets;
+  const double assign_s = clock_s() - before_s;
+  for (const std::size_t id : wanting) {
+    Uav& uav = uavs[id];
+    uav.idle = !assignment.goals[id].has_value();
+    if (uav.idle) {
+      no_goal(uav);
+      charge(uav, assign_s);
+    } else {
+      fly(uav, *assignment.goals[id], assign_s);
+    }
+  }
+}
+
+void Fleet::Impl::no_goal(Uav& uav) {
+  uav.next_decision_s = now_s() + kRetry_s;
+  if (uav.phase == Phase::kTravel) return;  // flies its last goal to the end first
+  uav.goal.reset();
+  scan_around_or_find_goal(uav);
+}
+
+void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
+  uav.goal_given_s = now_s();
+  if (uav.phase == Phase::kTravel && uav.goal && same_goal(*uav.goal, goal) && !uav.at_rest(depart_time(uav))) {
+    uav.goal = goal;
+    charge(uav, assign_s);
+    return;
+  }
+  const double depart_s = depart_time(uav);
+  const double before_s = clock_s();
+  FlightResult flight = pilot.fly_to(space(), uav, goal.position_m, goal.yaw_rad, strategy->motion_rule(),
+                                     fellows_of(uav), depart_s);
+  const double computing_s = assign_s + (clock_s() - before_s);
+  charge(uav, computing_s);
+  const bool too_late = config.charge_planning && now_s() + computing_s > depart_s;
+  if (flight.outcome == FlightOutcome::kFlying && too_late) {
+    log.on_event(now_s(), uav.id, "plan_discarded", "too_late");
+    return;
+  }
+  if (flight.outcome == FlightOutcome::kFlying && command(uav, *flight.trajectory)) {
+    if (flight.fell_back) {
+      ++stats.fallbacks;
+      log.on_event(now_s(), uav.id, "fallback", flight.planner);
+    }
+    uav.goal = goal;
+    uav.waits = 0;
+    log.on_goal(now_s(), uav.id, goal.position_m, goal.gain_m3, flight.planner);
+    enter(uav, Phase::kTravel);
+    return;
+  }
+  if (flight.outcome == FlightOutcome::kFellowInTheWay && ++uav.waits < kGiveUpWaiting) {
+    log.on_event(now_s(), uav.id, "waiting", "fellow_in_the_way");
+    make_way(uav, flight.wanted_path_m);
+    uav.next_decision_s = std::max(uav.next_decision_s, now_s() + kRetry_s);
+    return;
+  }
+  uav.waits = 0;
+  strategy->report_failure(goal, now_s());
+  log.on_event(now_s(), uav.id, "goal_failed", "unreachable");
+}
+
+/// An idle UAV stays an obstacle; when it is in a fellow's way it moves to the nearest place that is not.
+void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vector3d>& wanted_path_m) {
+  const double room_m = 1.5 * config.fellow_clearance_m;
+  for (Uav& fellow : uavs) {
+    const bool resting = fellow.phase == Phase::kFindGoal && fellow.at_rest(now_s());
+    if (fellow.id == blocked_uav.id || !resting || now_s() < fellow.next_decision_s - kRetry_s) continue;
+    const Eigen::Vector3d at_m = fellow.vehicle->state().position_m;
+    if (distance_to_polyline(wanted_path_m, at_m) > room_m) continue;
+    planning3d::TravelCosts costs;
+    costs.compute(space(), at_m, strategy->motion_rule(), 2.0 * kMakeWayReach_m);
+    const auto refuge = nearest_refuge(space(), costs, at_m, [&](const Eigen::Vector3d& p_m) {
+      return distance_to_polyline(wanted_path_m, p_m) > room_m;
+    });
+    if (!refuge) continue;
+    FlightResult flight = pilot.fly_to(space(), fellow, *refuge, fellow.vehicle->state().yaw_rad,
+                                       strategy->motion_rule(), fellows_of(fellow), depart_time(fellow));
+    if (flight.outcome == FlightOutcome::kFlying && command(fellow, *flight.trajectory)) {
+      log.on_event(now_s(), fellow.id, "makes_way", "idle");
+      fellow.goal.reset();
+      enter(fellow, Phase::kTravel);
+    }
+  }
+}
+
+void Fleet::Impl::finish_if_nothing_left() {
+  if (exploration_end_s >= 0.0) {
+    const bool down = std::all_of(uavs.begin(), uavs.end(), [](const Uav& u) { return u.phase == Phase::kDone; });
+    if (down) reason = StopReason::kNothingReachableLeft;
+    return;
+  }
+  const bool all_idle = std::all_of(uavs.begin(), uavs.end(), [this](const Uav& uav) {
+    return uav.phase == Phase::kFindGoal && uav.idle && uav.at_rest(now_s());
+  });
+  if (!all_idle) {
+    idle_since_s = -1.0;
+    return;
+  }
+  if (idle_since_s < 0.0) idle_since_s = now_s();
+  if (now_s() - idle_since_s < kSettled_s) return;
+  exploration_end_s = idle_since_s;
+  land_all();
+}
+
+void Fleet::Impl::land_all() {
+  for (Uav& uav : uavs) {
+    uav.goal.reset();
+    const Eigen::Vector3d at_m = uav.vehicle->state().position_m;
+    const planning3d::FreeSpace free = space();
+    VoxelIndex v = free.grid().index_of(at_m);
+    double to_z_m = at_m.z();
+    while (uav.took_off && free.traversable(v - VoxelIndex{0, 0, 1})) {
+      v = v - VoxelIndex{0, 0, 1};
+      to_z_m = free.grid().center_of(v).z();
+    }
+    const auto descent = pilot.vertical(free, uav, to_z_m, now_s(), true);
+    const bool moving = uav.took_off && at_m.z() - to_z_m > 0.05 && descent && command(uav, *descent);
+    enter(uav, moving ? Phase::kLand : Phase::kDone);
+  }
+}
+
+}  // namespace stairwell::explore

@@ -1,0 +1,182 @@
+#include "explore/pilot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stairwell::explore {
+
+using planning3d::FreeSpace;
+using planning3d::KeepOut;
+using planning3d::PlanRequest;
+using planning3d::PlanStatus;
+
+namespace {
+
+// Planned a little wider than the check asks for, so that the smoothed curve still passes it.
+constexpr double kKeepOutMargin_m = 0.1;
+// Fellows this far along their motion are met where they will be, later ones where they will end.
+constexpr double kTubeHorizon_s = 4.0;
+constexpr double kTubeStep_s = 0.25;
+
+planning3d::SafetyCheck make_check(const FleetConfig& config) {
+  planning3d::SafetyCheck::Config check;
+  check.fellow_clearance_m = config.fellow_clearance_m;
+  return planning3d::SafetyCheck(check);
+}
+
+std::vector<const Trajectory*> motions_of(const std::vector<const Uav*>& fellows) {
+  std::vector<const Trajectory*> motions;
+  motions.reserve(fellows.size());
+  for (const Uav* fellow : fellows) motions.push_back(&fellow->commanded());
+  return motions;
+}
+
+// Straight from rest to rest with the trapezoidal (or triangular) speed profile. Not checked: a UAV that stands on the
+// ground touches it.
+Trajectory lift(const MotionLimits& limits, double depart_s, const MotionState& from, const Eigen::Vector3d& to_m) {
+  const double length_m = (to_m - from.position_m).norm();
+  if (length_m < 1e-6) return Trajectory::hover(depart_s, from.position_m, from.yaw_rad);
+  const Eigen::Vector3d direction = (to_m - from.position_m) / length_m;
+  const double a = 0.95 * limits.acceleration_mps2;
+  const double v = std::min(0.95 * limits.speed_mps, std::sqrt(length_m * a));
+  const double ramp_s = v / a;
+  const double cruise_s = (length_m - v * ramp_s) / v;
+  const double total_s = 2.0 * ramp_s + cruise_s;
+  std::vector<MotionState> states;
+  for (double t_s = 0.0;; t_s += Trajectory::kStep_s) {
+    const double left_s = std::max(0.0, total_s - t_s);
+    MotionState state;
+    double along_m = 0.0;
+    double speed_mps = v;
+    if (t_s < ramp_s) {
+      along_m = 0.5 * a * t_s * t_s;
+      speed_mps = a * t_s;
+      state.acceleration_mps2 = a * direction;
+    } else if (left_s < ramp_s) {
+      along_m = length_m - 0.5 * a * left_s * left_s;
+      speed_mps = a * left_s;
+      state.acceleration_mps2 = -a * direction;
+    } else {
+      along_m = 0.5 * v * ramp_s + v * (t_s - ramp_s);
+    }
+    state.position_m = from.position_m + along_m * direction;
+    state.velocity_mps = speed_mps * direction;
+    state.yaw_rad = from.yaw_rad;
+    states.push_back(state);
+    if (left_s <= 0.0) break;
+  }
+  states.back().acceleration_mps2.setZero();
+  return {depart_s, std::move(states)};
+}
+
+}  // namespace
+
+Pilot::Pilot(const FleetConfig& config)
+    : config_(config),
+      check_(make_check(config)),
+      builder_(config.limits, check_),
+      planner_(planning3d::make_planner(config.planner)) {
+  if (planner_->name() != "astar") fallback_ = planning3d::make_planner("astar");
+}
+
+std::vector<KeepOut> Pilot::keep_outs(const std::vector<const Uav*>& fellows, const Eigen::Vector3d& start_m,
+                                      double depart_s) const {
+  const double radius_m = config_.fellow_clearance_m + kKeepOutMargin_m;
+  std::vector<KeepOut> spheres;
+  const auto add = [&](const Eigen::Vector3d& center_m) {
+    // A UAV that is already near a fellow may always move away from it; the space-time check decides.
+    if ((center_m - start_m).norm() > radius_m) spheres.push_back({center_m, radius_m});
+  };
+  for (const Uav* fellow : fellows) {
+    const Trajectory& motion = fellow->commanded();
+    add(motion.states().back().position_m);
+    for (double t_s = depart_s; t_s < std::min(motion.end_time_s(), depart_s + kTubeHorizon_s); t_s += kTubeStep_s) {
+      add(motion.sample(t_s).position_m);
+    }
+  }
+  return spheres;
+}
+
+std::optional<Trajectory> Pilot::shape(const FreeSpace& space, const Uav& uav,
+                                       const std::vector<Eigen::Vector3d>& path_m, double yaw_rad,
+                                       double depart_s) const {
+  if (config_.motion == MotionModel::kStep) {
+    const MotionState from = uav.commanded().sample(depart_s);
+    Trajectory steps = planning3d::TrajectoryBuilder::step_along(depart_s, from.yaw_rad, path_m, yaw_rad,
+                                                                 config_.step_delta_m, config_.step_period_s);
+    if (!check_.check_space(space, steps, depart_s).safe()) return std::nullopt;
+    return steps;
+  }
+  planning3d::TrajectoryRequest request;
+  request.previous = &uav.commanded();
+  request.depart_s = depart_s;
+  request.path_m = path_m;
+  request.goal_yaw_rad = yaw_rad;
+  request.look_along_path = !uav.sensor->model().panoramic();
+  return builder_.build(space, request);
+}
+
+FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
+                           const planning3d::MotionRule& rule, const std::vector<const Uav*>& fellows,
+                           double depart_s) {
+  PlanRequest request;
+  request.start_m = uav.commanded().sample(depart_s).position_m;
+  request.goal_m = position_m;
+  request.rule = rule;
+  const auto motions = motions_of(fellows);
+  FlightResult result;
+  // First as if fellows' way points did not matter; then round where they are and will be.
+  for (const bool around_fellows : {false, true}) {
+    if (around_fellows) request.keep_out = keep_outs(fellows, request.start_m, depart_s);
+    for (planning3d::Planner* planner : {planner_.get(), fallback_.get()}) {
+      if (planner == nullptr) continue;
+      const planning3d::PlanResult plan = planner->plan(space, request);
+      if (plan.status != PlanStatus::kReached) continue;
+      std::optional<Trajectory> motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
+      if (!motion) continue;
+      if (!check_.check_fellows(*motion, motions, depart_s).safe()) {
+        result.outcome = FlightOutcome::kFellowInTheWay;
+        if (result.wanted_path_m.empty()) result.wanted_path_m = plan.path_m;
+        break;  // another planner would meet the same fellow
+      }
+      return {FlightOutcome::kFlying, std::move(motion), planner->name(), planner == fallback_.get(), {}};
+    }
+    if (result.outcome == FlightOutcome::kUnreachable) break;  // fellows are not the reason
+  }
+  return result;
+}
+
+std::optional<Trajectory> Pilot::vertical(const FreeSpace& space, const Uav& uav, double to_z_m, double depart_s,
+                                          bool checked) const {
+  const MotionState from = uav.commanded().sample(depart_s);
+  Eigen::Vector3d to_m = from.position_m;
+  to_m.z() = to_z_m;
+  if (config_.motion == MotionModel::kStep) {
+    return planning3d::TrajectoryBuilder::step_along(depart_s, from.yaw_rad, {from.position_m, to_m}, from.yaw_rad,
+                                                     config_.step_delta_m, config_.step_period_s);
+  }
+  if (checked) {
+    return shape(space, uav, {from.position_m, to_m}, from.yaw_rad, depart_s);
+  }
+  return lift(config_.limits, depart_s, from, to_m);
+}
+
+Trajectory Pilot::rotate(const Uav& uav, double turn_rad, double depart_s) const {
+  const MotionState from = uav.commanded().sample(depart_s);
+  return builder_.rotate(depart_s, from.position_m, from.yaw_rad, turn_rad, config_.radial_scan_radps);
+}
+
+Trajectory Pilot::brake(const Uav& uav, double depart_s) const {
+  if (config_.motion == MotionModel::kStep) {
+    const MotionState from = uav.commanded().sample(depart_s);
+    return Trajectory::hover(depart_s, from.position_m, from.yaw_rad);
+  }
+  return builder_.brake(uav.commanded(), depart_s);
+}
+
+planning3d::SafetyReport Pilot::still_safe(const FreeSpace& space, const Uav& uav, double time_s) const {
+  return check_.check_space(space, uav.commanded(), time_s);
+}
+
+}  // namespace stairwell::explore

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "explore/fleet_config.hpp"
+#include "explore/uav.hpp"
+#include "planning3d/planner.hpp"
+#include "planning3d/safety_check.hpp"
+#include "planning3d/trajectory_builder.hpp"
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace stairwell::explore {
+
+enum class FlightOutcome { kFlying, kUnreachable, kFellowInTheWay };
+
+struct FlightResult {
+  FlightOutcome outcome = FlightOutcome::kUnreachable;
+  std::optional<Trajectory> trajectory;        ///< set when kFlying; not yet commanded
+  std::string_view planner;                    ///< which planner found the way
+  bool fell_back = false;                      ///< it was not the one asked for
+  std::vector<Eigen::Vector3d> wanted_path_m;  ///< kFellowInTheWay: where it wanted to go
+};
+
+/// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows.
+class Pilot {
+ public:
+  explicit Pilot(const FleetConfig& config);
+
+  /// Does not command anything. @param fellows every other UAV
+  FlightResult fly_to(const planning3d::FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m,
+                      double yaw_rad, const planning3d::MotionRule& rule, const std::vector<const Uav*>& fellows,
+                      double depart_s);
+
+  /// Straight up or down without a planner (take-off, landing).
+  std::optional<Trajectory> vertical(const planning3d::FreeSpace& space, const Uav& uav, double to_z_m,
+                                     double depart_s, bool checked) const;
+  Trajectory rotate(const Uav& uav, double turn_rad, double depart_s) const;
+  Trajectory brake(const Uav& uav, double depart_s) const;
+  planning3d::SafetyReport still_safe(const planning3d::FreeSpace& space, const Uav& uav, double time_s) const;
+
+ private:
+  std::vector<planning3d::KeepOut> keep_outs(const std::vector<const Uav*>& fellows, const Eigen::Vector3d& start_m,
+                                             double depart_s) const;
+  std::optional<Trajectory> shape(const planning3d::FreeSpace& space, const Uav& uav,
+                                  const std::vector<Eigen::Vector3d>& path_m, double yaw_rad, double depart_s) const;
+
+  FleetConfig config_;
+  planning3d::SafetyCheck check_;
+  planning3d::TrajectoryBuilder builder_;
+  std::unique_ptr<planning3d::Planner> planner_;
+  std::unique_ptr<planning3d::Planner> fallback_;
+};
+
+}  // namespace stairwell::explore

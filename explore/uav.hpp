@@ -1,0 +1,37 @@
+#pragma once
+
+#include "core/doors.hpp"
+#include "coverage3d/strategy.hpp"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+namespace stairwell::explore {
+
+/// States of SPEC B3.
+enum class Phase { kGrounded, kTakeoff, kRadialScan, kFindGoal, kTravel, kLand, kDone };
+const char* to_string(Phase phase);
+
+/// What the fleet loop keeps about one UAV.
+struct Uav {
+  std::size_t id = 0;
+  DepthSource* sensor = nullptr;
+  Vehicle* vehicle = nullptr;
+  Phase phase = Phase::kGrounded;
+  bool took_off = false;                  ///< started from the ground, so it lands at the end
+  std::optional<coverage3d::Goal> goal;
+  double goal_given_s = 0.0;
+  double next_decision_s = 0.0;           ///< not before: computing (charged) or waiting after a failure
+  double latency_s = 0.0;                 ///< how far ahead of now its plans depart
+  int waits = 0;                          ///< plans in a row that a fellow UAV was in the way of
+  bool idle = false;                      ///< the strategy had nothing for it when last asked
+  Eigen::Vector3d scanned_at_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+
+  const Trajectory& commanded() const { return vehicle->commanded(); }
+  bool at_rest(double time_s) const { return time_s >= commanded().end_time_s() - 1e-9; }
+};
+
+}  // namespace stairwell::explore
