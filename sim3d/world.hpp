@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -24,19 +25,21 @@ struct TriangleMesh {
 /// A ground-truth world: everything is surfaces. Voxel inputs (OctoMap, clouds, images, .3dmap) become the exposed
 /// faces of their solid voxels.
 struct World {
-  std::string name;          ///< file stem
+  std::string name;  ///< file stem
   TriangleMesh mesh;
-  Aabb bounds;               ///< of the mesh (infinite planes are clipped to a finite patch)
+  Aabb bounds;                        ///< of the mesh (infinite planes are clipped to a finite patch)
+  std::size_t dropped_triangles = 0;  ///< left out because a corner is not finite or the area is zero
 };
 
 struct WorldOptions {
-  double extrude_height_m = 2.5;   ///< .yaml/.pgm maps: height of the walls
-  double point_size_m = 0.1;       ///< clouds: each point fills the voxel of this size that holds it
-  double voxel_size_m = 1.0;       ///< .3dmap: edge of one cell
+  double extrude_height_m = 2.5;  ///< .yaml/.pgm maps: height of the walls
+  double point_size_m = 0.1;      ///< clouds: each point fills the voxel of this size that holds it
+  double voxel_size_m = 1.0;      ///< .3dmap: edge of one cell
 };
 
 /// By extension: .sdf/.world (SDFormat), .stl .obj .dae .ply(with faces) .glb .gltf (meshes), .bt .ot (OctoMap),
 /// .pcd .ply(points) (clouds), .yaml (+ image, ROS map_server), .3dmap (Moving AI).
+/// Files whose format defines an up direction (.dae .glb .gltf) are turned to z up; the others are taken as they are.
 /// @throws InputError naming the file and what is wrong (missing, empty, truncated, malformed, nothing solid in it).
 World load_world(const std::filesystem::path& file, const WorldOptions& options = {});
 

@@ -1,0 +1,95 @@
+#include "sim3d/loaders/input_file.hpp"
+#include "sim3d/loaders/loaders.hpp"
+
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+
+namespace stairwell::sim3d {
+
+namespace {
+
+Eigen::Matrix4d eigen_of(const aiMatrix4x4& m) {
+  Eigen::Matrix4d matrix;
+  for (unsigned row = 0; row < 4; ++row) {
+    for (unsigned column = 0; column < 4; ++column) {
+      matrix(row, column) = static_cast<double>(m[row][column]);
+    }
+  }
+  return matrix;
+}
+
+/// Lines and points stay behind: only faces of three corners.
+TriangleMesh convert(const aiMesh& source, const Eigen::Matrix4d& T_world_mesh) {
+  TriangleMesh mesh;
+  mesh.vertices_m.reserve(source.mNumVertices);
+  for (unsigned i = 0; i < source.mNumVertices; ++i) {
+    const aiVector3D& v = source.mVertices[i];
+    const Eigen::Vector4d point(static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z), 1.0);
+    mesh.vertices_m.push_back((T_world_mesh * point).head<3>().cast<float>());
+  }
+  for (unsigned i = 0; i < source.mNumFaces; ++i) {
+    const aiFace& face = source.mFaces[i];
+    if (face.mNumIndices == 3) {
+      mesh.triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
+    }
+  }
+  return mesh;
+}
+
+void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& T_world_parent,
+             std::vector<MeshPart>& parts) {
+  const Eigen::Matrix4d T_world_node = T_world_parent * eigen_of(node.mTransformation);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    const unsigned index = node.mMeshes[i];
+    if (index < scene.mNumMeshes) {
+      parts.push_back({node.mName.C_Str(), convert(*scene.mMeshes[index], T_world_node)});
+    }
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+    collect(scene, *node.mChildren[i], T_world_node, parts);
+  }
+}
+
+}  // namespace
+
+std::vector<MeshPart> load_scene(const std::filesystem::path& file) {
+  require_file(file);
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    fail_input(file, "cannot be read as a mesh (" + std::string(importer.GetErrorString()) + "); export it again");
+  }
+  // Assimp hands these formats out with y up, whatever the file says.
+  Eigen::Matrix4d T_zup_yup = Eigen::Matrix4d::Zero();
+  T_zup_yup(0, 0) = 1.0;
+  T_zup_yup(1, 2) = -1.0;
+  T_zup_yup(2, 1) = 1.0;
+  T_zup_yup(3, 3) = 1.0;
+  std::vector<MeshPart> parts;
+  collect(*scene, *scene->mRootNode, T_zup_yup, parts);
+  return parts;
+}
+
+bool is_mesh_extension(const std::string& extension) {
+  return extension == ".stl" || extension == ".obj" || extension == ".ply" || extension == ".dae" ||
+         extension == ".glb" || extension == ".gltf";
+}
+
+std::vector<MeshPart> load_mesh_parts(const std::filesystem::path& file) {
+  const std::string extension = lower_extension(file);
+  const auto whole = [](TriangleMesh mesh) {
+    std::vector<MeshPart> parts(1);
+    parts[0].mesh = std::move(mesh);
+    return parts;
+  };
+  if (extension == ".stl") {
+    return whole(load_stl(file));
+  }
+  if (extension == ".ply") {
+    return whole(load_ply(file));
+  }
+  return extension == ".obj" ? load_obj(file) : load_scene(file);
+}
+
+}  // namespace stairwell::sim3d
