@@ -14,6 +14,7 @@ enum class Obstacles { kOccupied, kBlocked };  ///< kBlocked: what OccupancyMap:
 /// exact up to the truncation. For kBlocked everything outside the grid counts as obstacle.
 class DistanceField {
  public:
+  /// @throws InputError unless the truncation is 1 to 127 cells.
   DistanceField(const GridSpec& grid, double truncation_m, Obstacles obstacles);
 
   /// Recomputes what may have changed since the last call. @pre map.grid() == the field's grid
@@ -22,6 +23,7 @@ class DistanceField {
   const GridSpec& grid() const { return grid_; }
   double truncation_m() const { return truncation_m_; }
   int truncation_cells() const { return truncation_cells_; }
+  /// Counts up with every update that may have changed a distance.
   std::uint64_t revision() const { return revision_; }
 
   /// Squared cells, capped at truncation_cells()^2; 0 outside the grid for kBlocked.
@@ -32,6 +34,11 @@ class DistanceField {
   const std::vector<std::uint16_t>& data() const { return squared_; }
 
  private:
+  /// Re-reads a block; true, and the box of the voxels that changed, if any did.
+  bool read_obstacles(const OccupancyMap& map, const VoxelBox& box, VoxelBox& changed);
+  void recompute(const VoxelBox& box);
+  void write_row(int first_x, int y, int z);
+
   GridSpec grid_;
   double truncation_m_ = 0.0;
   int truncation_cells_ = 0;
@@ -39,7 +46,10 @@ class DistanceField {
   std::uint16_t outside_ = 0;
   std::uint64_t revision_ = 0;
   bool fresh_ = true;
+  std::uint64_t seen_revision_ = 0;  ///< of the map
   std::vector<std::uint16_t> squared_;
+  std::vector<std::uint8_t> obstacle_;
+  std::vector<std::int16_t> along_x_, along_xy_, line_;  ///< scratch
 };
 
 /// Smallest squared centre-to-centre distance (cells) that guarantees that a sphere of `radius_m` around one voxel

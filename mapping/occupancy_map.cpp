@@ -1,1 +1,414 @@
 #include "mapping/occupancy_map.hpp"
+
+#include "core/errors.hpp"
+#include "mapping/octree_mirror.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace stairwell::mapping {
+
+namespace {
+
+constexpr float kUnknownLogOdds = std::numeric_limits<float>::quiet_NaN();
+constexpr int kKeyOffset = 32768;
+constexpr std::size_t kMaxBlocks = std::size_t{1} << 27;
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// octomap::logodds, rounding included.
+float log_odds_of(double probability) { return static_cast<float>(std::log(probability / (1.0 - probability))); }
+
+struct Block {
+  std::array<float, 512> log_odds;
+  std::array<std::uint64_t, 8> known{};
+  std::array<std::uint64_t, 8> blocked;
+  std::array<std::uint64_t, 8> assumed{};
+  std::uint64_t revision = 0;
+  VoxelIndex at;                ///< block coordinates
+  std::uint32_t newer = kNone;  ///< neighbours in the list of changed blocks, oldest change first
+  std::uint32_t older = kNone;
+  bool listed = false;
+  bool dirty = false;
+
+  Block() {
+    log_odds.fill(kUnknownLogOdds);
+    blocked.fill(~std::uint64_t{0});
+  }
+};
+
+void require_open_unit(std::vector<std::string>& problems, const char* name, double value) {
+  if (!(value > 0.0 && value < 1.0)) {
+    problems.push_back(std::string(name) + " must lie between 0 and 1, got " + std::to_string(value));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> OccupancyParams::problems() const {
+  std::vector<std::string> found;
+  require_open_unit(found, "p_hit", p_hit);
+  require_open_unit(found, "p_miss", p_miss);
+  require_open_unit(found, "clamp_min", clamp_min);
+  require_open_unit(found, "clamp_max", clamp_max);
+  require_open_unit(found, "p_occupied", p_occupied);
+  if (p_hit < 0.5) {
+    found.push_back("p_hit must be at least 0.5, got " + std::to_string(p_hit));
+  }
+  if (p_miss > 0.5) {
+    found.push_back("p_miss must be at most 0.5, got " + std::to_string(p_miss));
+  }
+  if (!(clamp_min < clamp_max)) {
+    found.push_back("clamp_min must be below clamp_max, got " + std::to_string(clamp_min) + " and " +
+                    std::to_string(clamp_max));
+  }
+  return found;
+}
+
+struct OccupancyMap::Impl {
+  /// Where a voxel lives: entry of the block table, word and bit in the block's masks.
+  struct Slot {
+    std::size_t entry;
+    std::size_t word;
+    unsigned bit;
+
+    std::size_t cell() const { return word * 64 + bit; }
+    std::uint64_t mask() const { return std::uint64_t{1} << bit; }
+  };
+
+  GridSpec grid;
+  OccupancyParams params;
+  float hit = 0.0F, miss = 0.0F, lowest = 0.0F, highest = 0.0F, threshold = 0.0F;
+  std::array<int, 3> offset{};
+  std::array<int, 3> blocks_per_axis{};
+  std::vector<std::uint32_t> table;  ///< index into `blocks`, kNone where nothing was touched
+  std::vector<std::unique_ptr<Block>> blocks;
+  std::uint32_t newest = kNone;
+  std::uint64_t revision = 0;
+  std::size_t known = 0;
+  std::size_t occupied = 0;
+  std::vector<std::uint32_t> dirty;
+  bool rebuild_tree = false;
+  OctreeMirror mirror;
+
+  Impl(const GridSpec& grid_in, const OccupancyParams& params_in)
+      : grid(grid_in), params(params_in), mirror(grid_in.resolution_m(), params_in) {
+    hit = log_odds_of(params.p_hit);
+    miss = log_odds_of(params.p_miss);
+    lowest = log_odds_of(params.clamp_min);
+    highest = log_odds_of(params.clamp_max);
+    threshold = log_odds_of(params.p_occupied);
+    std::size_t count = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      offset[axis] = (grid.first_cell()[axis] + kKeyOffset) % kBlock;
+      blocks_per_axis[axis] = (offset[axis] + grid.size()[axis] + kBlock - 1) / kBlock;
+      count *= static_cast<std::size_t>(blocks_per_axis[axis]);
+    }
+    if (count > kMaxBlocks) {
+      throw InputError("the map's box has too many voxels (" + std::to_string(grid.voxel_count()) +
+                       "): use a smaller box or a coarser resolution");
+    }
+    table.assign(count, kNone);
+  }
+
+  std::size_t entry_of(const VoxelIndex& block) const {
+    return (static_cast<std::size_t>(block.z) * static_cast<std::size_t>(blocks_per_axis[1]) +
+            static_cast<std::size_t>(block.y)) *
+               static_cast<std::size_t>(blocks_per_axis[0]) +
+           static_cast<std::size_t>(block.x);
+  }
+  VoxelIndex block_of(const VoxelIndex& v) const {
+    return {(v.x + offset[0]) >> 3, (v.y + offset[1]) >> 3, (v.z + offset[2]) >> 3};
+  }
+  Slot slot_of(const VoxelIndex& v) const {
+    const unsigned x = static_cast<unsigned>(v.x + offset[0]) & 7U;
+    const unsigned y = static_cast<unsigned>(v.y + offset[1]) & 7U;
+    const unsigned z = static_cast<unsigned>(v.z + offset[2]) & 7U;
+    return {entry_of(block_of(v)), z, 8 * y + x};
+  }
+  const Block* find(const VoxelIndex& v, Slot& slot) const {
+    slot = slot_of(v);
+    const std::uint32_t index = table[slot.entry];
+    return index == kNone ? nullptr : blocks[index].get();
+  }
+
+  std::uint32_t touch(const VoxelIndex& block) {
+    std::uint32_t& index = table[entry_of(block)];
+    if (index == kNone) {
+      index = static_cast<std::uint32_t>(blocks.size());
+      blocks.push_back(std::make_unique<Block>());
+      blocks.back()->at = block;
+    }
+    return index;
+  }
+
+  /// Bits of a block's word that lie within the grid.
+  std::uint64_t inside(const VoxelIndex& block, int z_in_block) const {
+    const int z = block.z * kBlock - offset[2] + z_in_block;
+    if (z < 0 || z >= grid.size()[2]) {
+      return 0;
+    }
+    std::uint64_t bits = 0;
+    const std::uint64_t row = row_inside(block.x * kBlock - offset[0], grid.size()[0]);
+    const std::uint64_t rows = row_inside(block.y * kBlock - offset[1], grid.size()[1]);
+    for (unsigned y = 0; y < 8; ++y) {
+      bits |= ((rows >> y) & 1U) != 0 ? row << (8 * y) : 0;
+    }
+    return bits;
+  }
+  static std::uint64_t row_inside(int first, int size) {
+    std::uint64_t bits = 0;
+    for (int i = 0; i < 8; ++i) {
+      bits |= (first + i >= 0 && first + i < size) ? std::uint64_t{1} << i : 0;
+    }
+    return bits;
+  }
+
+  void mark_dirty(std::uint32_t index) {
+    if (!blocks[index]->dirty) {
+      blocks[index]->dirty = true;
+      dirty.push_back(index);
+    }
+  }
+
+  /// Moves the block to the end of the list of changed blocks.
+  void mark_changed(std::uint32_t index) {
+    Block& block = *blocks[index];
+    block.revision = ++revision;
+    if (newest == index) {
+      return;
+    }
+    if (block.listed) {
+      blocks[block.newer]->older = block.older;
+      if (block.older != kNone) {
+        blocks[block.older]->newer = block.newer;
+      }
+    }
+    block.older = newest;
+    block.newer = kNone;
+    if (newest != kNone) {
+      blocks[newest]->newer = index;
+    }
+    newest = index;
+    block.listed = true;
+  }
+
+  Occupancy class_of(float value) const {
+    return std::isnan(value) ? Occupancy::kUnknown : (value >= threshold ? Occupancy::kOccupied : Occupancy::kFree);
+  }
+
+  /// octomap::OccupancyOcTreeBase::updateNode and updateNodeLogOdds on one voxel, with the same roundings.
+  float updated(float before, float update) const {
+    if (!std::isnan(before) && ((update >= 0.0F && before >= highest) || (update <= 0.0F && before <= lowest))) {
+      return before;
+    }
+    const float sum = (std::isnan(before) ? 0.0F : before) + update;
+    return sum < lowest ? lowest : (sum > highest ? highest : sum);
+  }
+
+  /// Stores a voxel's value; true if its class changed.
+  bool store(std::uint32_t index, std::size_t cell, float value) {
+    Block& block = *blocks[index];
+    const float before = block.log_odds[cell];
+    const Occupancy class_before = class_of(before);
+    const Occupancy class_after = class_of(value);
+    block.log_odds[cell] = value;
+    if (class_before == class_after) {
+      return false;
+    }
+    const std::size_t word = cell >> 6;
+    const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
+    known += (class_after != Occupancy::kUnknown ? 1U : 0U);
+    known -= (class_before != Occupancy::kUnknown ? 1U : 0U);
+    occupied += (class_after == Occupancy::kOccupied ? 1U : 0U);
+    occupied -= (class_before == Occupancy::kOccupied ? 1U : 0U);
+    block.known[word] = class_after == Occupancy::kUnknown ? block.known[word] & ~bit : block.known[word] | bit;
+    const bool stop =
+        class_after == Occupancy::kOccupied || (class_after == Occupancy::kUnknown && (block.assumed[word] & bit) == 0);
+    block.blocked[word] = stop ? block.blocked[word] | bit : block.blocked[word] & ~bit;
+    mark_changed(index);
+    return true;
+  }
+
+  std::size_t update_bits(std::uint32_t index, std::size_t word, std::uint64_t bits, float update) {
+    std::size_t changed = 0;
+    bool touched = false;
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t cell = word * 64 + static_cast<std::size_t>(std::countr_zero(bits));
+      const float before = blocks[index]->log_odds[cell];
+      const float after = updated(before, update);
+      if (after != before) {  // true for NaN
+        touched = true;
+        changed += store(index, cell, after) ? 1U : 0U;
+      }
+    }
+    if (touched) {
+      mark_dirty(index);
+    }
+    return changed;
+  }
+
+  void bring_tree_up_to_date() {
+    if (rebuild_tree) {
+      mirror.clear();
+      for (std::uint32_t index = 0; index < blocks.size(); ++index) {
+        mark_dirty(index);
+      }
+      rebuild_tree = false;
+    }
+    for (const std::uint32_t index : dirty) {
+      Block& block = *blocks[index];
+      std::array<int, 3> first_key{block.at.x * kBlock, block.at.y * kBlock, block.at.z * kBlock};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        first_key[axis] += grid.first_cell()[axis] + kKeyOffset - offset[axis];
+      }
+      mirror.write_block(first_key, block.log_odds.data());
+      block.dirty = false;
+    }
+    dirty.clear();
+  }
+};
+
+OccupancyMap::OccupancyMap(const GridSpec& grid, const OccupancyParams& params) {
+  if (grid.voxel_count() == 0) {
+    throw InputError("the map's box is empty");
+  }
+  const std::vector<std::string> problems = params.problems();
+  if (!problems.empty()) {
+    std::string message = "unusable occupancy parameters: " + problems.front();
+    for (std::size_t i = 1; i < problems.size(); ++i) {
+      message += "; " + problems[i];
+    }
+    throw InputError(message);
+  }
+  impl_ = std::make_unique<Impl>(grid, params);
+}
+OccupancyMap::~OccupancyMap() = default;
+OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
+OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
+
+const GridSpec& OccupancyMap::grid() const { return impl_->grid; }
+const OccupancyParams& OccupancyMap::params() const { return impl_->params; }
+
+Occupancy OccupancyMap::at(const VoxelIndex& v) const { return impl_->class_of(log_odds(v)); }
+
+float OccupancyMap::log_odds(const VoxelIndex& v) const {
+  Impl::Slot slot{};
+  const Block* block = impl_->grid.contains(v) ? impl_->find(v, slot) : nullptr;
+  return block == nullptr ? kUnknownLogOdds : block->log_odds[slot.cell()];
+}
+
+void OccupancyMap::update(const VoxelIndex& v, bool occupied) {
+  if (!impl_->grid.contains(v)) {
+    return;
+  }
+  const Impl::Slot slot = impl_->slot_of(v);
+  impl_->update_bits(impl_->touch(impl_->block_of(v)), slot.word, slot.mask(), occupied ? impl_->hit : impl_->miss);
+}
+
+void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
+  if (!impl_->grid.contains(v)) {
+    return;
+  }
+  const Impl::Slot slot = impl_->slot_of(v);
+  const std::uint32_t index = impl_->touch(impl_->block_of(v));
+  const float before = impl_->blocks[index]->log_odds[slot.cell()];
+  const float after = std::isnan(log_odds) ? log_odds : std::clamp(log_odds, impl_->lowest, impl_->highest);
+  if (before == after || (std::isnan(before) && std::isnan(after))) {
+    return;
+  }
+  impl_->rebuild_tree = impl_->rebuild_tree || std::isnan(after);
+  impl_->store(index, slot.cell(), after);
+  impl_->mark_dirty(index);
+}
+
+const std::array<int, 3>& OccupancyMap::block_offset() const { return impl_->offset; }
+const std::array<int, 3>& OccupancyMap::block_count() const { return impl_->blocks_per_axis; }
+
+OccupancyMap::ScanEffect OccupancyMap::apply(const VoxelIndex& block, const BlockMask& mask) {
+  const std::uint32_t index = impl_->touch(block);
+  ScanEffect effect;
+  for (std::size_t word = 0; word < 8; ++word) {
+    const std::uint64_t inside = impl_->inside(block, static_cast<int>(word));
+    const std::uint64_t hit = mask.hit[word] & inside;
+    const std::uint64_t miss = mask.miss[word] & ~mask.hit[word] & inside;
+    effect.updated += static_cast<std::size_t>(std::popcount(hit) + std::popcount(miss));
+    effect.changed += impl_->update_bits(index, word, miss, impl_->miss);
+    effect.changed += impl_->update_bits(index, word, hit, impl_->hit);
+  }
+  return effect;
+}
+
+void OccupancyMap::assume_free(const Eigen::Vector3d& center_m, double radius_m) {
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(radius_m);
+  const VoxelIndex lo = impl_->grid.index_of(Eigen::Vector3d(center_m - reach));
+  const VoxelIndex hi = impl_->grid.index_of(Eigen::Vector3d(center_m + reach));
+  const auto& size = impl_->grid.size();
+  for (int z = std::max(lo.z, 0); z <= std::min(hi.z, size[2] - 1); ++z) {
+    for (int y = std::max(lo.y, 0); y <= std::min(hi.y, size[1] - 1); ++y) {
+      for (int x = std::max(lo.x, 0); x <= std::min(hi.x, size[0] - 1); ++x) {
+        const VoxelIndex v{x, y, z};
+        if ((impl_->grid.center_of(v) - center_m).norm() > radius_m) {
+          continue;
+        }
+        const Impl::Slot slot = impl_->slot_of(v);
+        const std::uint32_t index = impl_->touch(impl_->block_of(v));
+        Block& block = *impl_->blocks[index];
+        if ((block.assumed[slot.word] & slot.mask()) != 0) {
+          continue;
+        }
+        block.assumed[slot.word] |= slot.mask();
+        if ((block.known[slot.word] & slot.mask()) == 0) {
+          block.blocked[slot.word] &= ~slot.mask();
+          impl_->mark_changed(index);
+        }
+      }
+    }
+  }
+}
+
+bool OccupancyMap::blocked(const VoxelIndex& v) const {
+  if (!impl_->grid.contains(v)) {
+    return true;
+  }
+  Impl::Slot slot{};
+  const Block* block = impl_->find(v, slot);
+  return block == nullptr || (block->blocked[slot.word] & slot.mask()) != 0;
+}
+
+std::uint64_t OccupancyMap::revision() const { return impl_->revision; }
+
+void OccupancyMap::for_each_block_changed_since(std::uint64_t revision,
+                                                const std::function<void(const VoxelBox&)>& visit) const {
+  const auto& size = impl_->grid.size();
+  const auto& offset = impl_->offset;
+  for (std::uint32_t index = impl_->newest; index != kNone; index = impl_->blocks[index]->older) {
+    const Block& block = *impl_->blocks[index];
+    if (block.revision <= revision) {
+      break;
+    }
+    const VoxelIndex lo{block.at.x * kBlock - offset[0], block.at.y * kBlock - offset[1],
+                        block.at.z * kBlock - offset[2]};
+    visit({{std::max(lo.x, 0), std::max(lo.y, 0), std::max(lo.z, 0)},
+           {std::min(lo.x + kBlock, size[0]) - 1, std::min(lo.y + kBlock, size[1]) - 1,
+            std::min(lo.z + kBlock, size[2]) - 1}});
+  }
+}
+
+std::size_t OccupancyMap::known_voxels() const { return impl_->known; }
+std::size_t OccupancyMap::occupied_voxels() const { return impl_->occupied; }
+double OccupancyMap::known_volume_m3() const {
+  return static_cast<double>(impl_->known) * impl_->grid.voxel_volume_m3();
+}
+std::size_t OccupancyMap::memory_bytes() const {
+  return impl_->table.capacity() * sizeof(std::uint32_t) + impl_->blocks.size() * (sizeof(Block) + sizeof(void*)) +
+         impl_->mirror.memory_bytes();
+}
+
+const octomap::OcTree& OccupancyMap::octree() const {
+  impl_->bring_tree_up_to_date();
+  return impl_->mirror.tree();
+}
+
+}  // namespace stairwell::mapping

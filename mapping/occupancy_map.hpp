@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -34,6 +36,12 @@ struct VoxelBox {
   VoxelIndex hi;
 };
 
+/// What one scan says about one 8x8x8 block: bit `8 * y + x` of word `z` is the voxel (x, y, z) of the block.
+struct BlockMask {
+  std::array<std::uint64_t, 8> miss{};
+  std::array<std::uint64_t, 8> hit{};  ///< wins where both are set
+};
+
 /// Log-odds occupancy of a finite box of the world, with a real octomap::OcTree behind it.
 ///
 /// The working copy is a table of 8x8x8 blocks (allocated when first touched) that answers look-ups in a few
@@ -43,6 +51,12 @@ class OccupancyMap {
  public:
   static constexpr int kBlock = 8;
 
+  struct ScanEffect {
+    std::size_t updated = 0;  ///< voxels hit or missed
+    std::size_t changed = 0;  ///< of these, voxels whose tri-state class changed
+  };
+
+  /// @throws InputError for an empty or over-large grid or unusable parameters.
   explicit OccupancyMap(const GridSpec& grid, const OccupancyParams& params = {});
   ~OccupancyMap();
   OccupancyMap(OccupancyMap&&) noexcept;
@@ -60,8 +74,15 @@ class OccupancyMap {
   /// OctoMap's updateNode(key, occupied) on one voxel: adds the hit or miss log-odds, clamped.
   /// Voxels outside the grid are ignored.
   void update(const VoxelIndex& v, bool occupied);
-  /// Overwrites (map files, checkpoints).
+  /// Overwrites (map files, checkpoints); the value is clamped. NaN makes the voxel unknown again.
   void set_log_odds(const VoxelIndex& v, float log_odds);
+
+  /// Blocks are aligned to OctoMap's keys, so that each is a subtree: voxel v lies in block
+  /// (v + block_offset()) / 8 per axis.
+  const std::array<int, 3>& block_offset() const;
+  const std::array<int, 3>& block_count() const;
+  /// `update` on every voxel of the mask. @pre the block is within block_count(); bits outside the grid are ignored.
+  ScanEffect apply(const VoxelIndex& block, const BlockMask& mask);
 
   /// Unknown space inside this sphere counts as free for `blocked` (the spot a UAV is started from); the map and
   /// its files stay as they are.
@@ -80,6 +101,7 @@ class OccupancyMap {
   std::size_t memory_bytes() const;
 
   /// The OcTree brought up to date (pruned, inner nodes current). Valid until the next call of a non-const member.
+  /// Not to be called from two threads at once.
   const octomap::OcTree& octree() const;
 
  private:

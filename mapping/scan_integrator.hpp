@@ -5,20 +5,27 @@
 
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 namespace stairwell::mapping {
 
 struct IntegrationStats {
   std::size_t points = 0;
   std::size_t dropped_not_finite = 0;
-  std::size_t ray_steps = 0;      ///< voxels walked
-  std::size_t voxels_updated = 0; ///< distinct voxels hit or missed
-  std::size_t voxels_changed = 0; ///< tri-state class changed
+  std::size_t ray_steps = 0;       ///< voxels walked
+  std::size_t voxels_updated = 0;  ///< distinct voxels hit or missed
+  std::size_t voxels_changed = 0;  ///< tri-state class changed
 };
+
+/// The finite returns in the world frame, exactly as they are integrated: pose and products in float32,
+/// ((r0*x + r1*y) + r2*z) + t. OctoMap given these points, and this origin, makes the same map.
+std::vector<Eigen::Vector3f> world_points_of(const Scan& scan);
+Eigen::Vector3f world_origin_of(const Scan& scan);
 
 /// Carves scans into an OccupancyMap exactly as octomap::OcTree::insertPointCloud(points, origin, maxrange, lazy,
 /// discretize) does: the same ray walk on the same float32 numbers, occupied wins over free within one scan,
 /// returns beyond the range carve up to it. NaN and infinite points are dropped and counted.
+/// With `discretize`, returns outside the key space are left out (OctoMap wraps them round to the other side).
 /// Rays leaving the map's grid are carved up to its border; hits outside it are not stored.
 class ScanIntegrator {
  public:
@@ -29,7 +36,9 @@ class ScanIntegrator {
   explicit ScanIntegrator(Config config);
   ~ScanIntegrator();
   ScanIntegrator(ScanIntegrator&&) noexcept;
+  ScanIntegrator& operator=(ScanIntegrator&&) noexcept;
 
+  /// @throws InputError when the sensor pose or range is not finite or the sensor is outside OctoMap's key space.
   IntegrationStats integrate(const Scan& scan, OccupancyMap& map);
 
  private:

@@ -1,0 +1,232 @@
+#include "mapping/distance_field.hpp"
+
+#include "core/errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stairwell::mapping {
+
+namespace {
+
+constexpr int kMaxTruncation_cells = 127;  // sums of two squares fit into int16
+constexpr int kTile = 256;                 // cells a side that are recomputed at once
+
+struct Range {
+  int lo;
+  int hi;  ///< included
+  int count() const { return hi - lo + 1; }
+};
+
+Range grown(Range range, int by, int size) { return {std::max(range.lo - by, 0), std::min(range.hi + by, size - 1)}; }
+
+VoxelBox grown(const VoxelBox& box, int by, const std::array<int, 3>& size) {
+  const Range x = grown({box.lo.x, box.hi.x}, by, size[0]);
+  const Range y = grown({box.lo.y, box.hi.y}, by, size[1]);
+  const Range z = grown({box.lo.z, box.hi.z}, by, size[2]);
+  return {{x.lo, y.lo, z.lo}, {x.hi, y.hi, z.hi}};
+}
+
+VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
+  return {{std::min(a.lo.x, b.lo.x), std::min(a.lo.y, b.lo.y), std::min(a.lo.z, b.lo.z)},
+          {std::max(a.hi.x, b.hi.x), std::max(a.hi.y, b.hi.y), std::max(a.hi.z, b.hi.z)}};
+}
+
+double volume(const VoxelBox& box) {
+  return static_cast<double>(box.hi.x - box.lo.x + 1) * (box.hi.y - box.lo.y + 1) * (box.hi.z - box.lo.z + 1);
+}
+
+/// Joins boxes while recomputing them together costs no more than one by one.
+void add_joined(std::vector<VoxelBox>& boxes, VoxelBox box) {
+  for (std::size_t i = 0; i < boxes.size();) {
+    const VoxelBox both = united(boxes[i], box);
+    if (volume(both) <= volume(boxes[i]) + volume(box)) {
+      box = both;
+      boxes[i] = boxes.back();
+      boxes.pop_back();
+      i = 0;
+    } else {
+      ++i;
+    }
+  }
+  boxes.push_back(box);
+}
+
+/// Squared distances along one row to its nearest obstacle, for cells out.lo..out.hi.
+void row_pass(const std::uint8_t* obstacle, Range in, Range out, int cap, std::int16_t* squared) {
+  int d = cap;
+  for (int x = in.lo; x <= out.hi; ++x) {
+    d = obstacle[x] != 0 ? 0 : std::min(d + 1, cap);
+    if (x >= out.lo) {
+      squared[x - out.lo] = static_cast<std::int16_t>(d);
+    }
+  }
+  d = cap;
+  for (int x = in.hi; x >= out.lo; --x) {
+    d = obstacle[x] != 0 ? 0 : std::min(d + 1, cap);
+    if (x <= out.hi) {
+      const int nearest = std::min(d, static_cast<int>(squared[x - out.lo]));
+      squared[x - out.lo] = static_cast<std::int16_t>(nearest * nearest);
+    }
+  }
+}
+
+/// out = min(out, in + add), element by element.
+void lower(std::int16_t* out, const std::int16_t* in, std::int16_t add, int count) {
+  for (int i = 0; i < count; ++i) {
+    const auto sum = static_cast<std::int16_t>(in[i] + add);
+    out[i] = sum < out[i] ? sum : out[i];
+  }
+}
+
+}  // namespace
+
+DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacles obstacles)
+    : grid_(grid), truncation_m_(truncation_m), obstacles_(obstacles) {
+  const double cells = std::ceil(truncation_m / grid.resolution_m() - 1e-6);
+  if (!(cells >= 1.0 && cells <= kMaxTruncation_cells)) {
+    throw InputError("distance field: truncation of " + std::to_string(truncation_m) + " m must be 1 to " +
+                     std::to_string(kMaxTruncation_cells) + " cells of " + std::to_string(grid.resolution_m()) + " m");
+  }
+  truncation_cells_ = static_cast<int>(cells);
+  const auto far = static_cast<std::uint16_t>(truncation_cells_ * truncation_cells_);
+  outside_ = obstacles == Obstacles::kBlocked ? std::uint16_t{0} : far;
+  squared_.assign(grid.voxel_count(), far);
+  obstacle_.assign(grid.voxel_count(), obstacles == Obstacles::kBlocked ? std::uint8_t{1} : std::uint8_t{0});
+}
+
+double DistanceField::distance_m(const VoxelIndex& v) const {
+  return grid_.resolution_m() * std::sqrt(static_cast<double>(squared_cells(v)));
+}
+
+bool DistanceField::read_obstacles(const OccupancyMap& map, const VoxelBox& box, VoxelBox& changed) {
+  bool any = false;
+  VoxelIndex v;
+  for (v.z = box.lo.z; v.z <= box.hi.z; ++v.z) {
+    for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
+      for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
+        const bool now = obstacles_ == Obstacles::kBlocked ? map.blocked(v) : map.at(v) == Occupancy::kOccupied;
+        std::uint8_t& stored = obstacle_[grid_.linear(v)];
+        if ((stored != 0) == now) {
+          continue;
+        }
+        stored = now ? 1 : 0;
+        changed = any ? united(changed, {v, v}) : VoxelBox{v, v};
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
+void DistanceField::update(const OccupancyMap& map) {
+  const std::uint64_t map_revision = map.revision();
+  std::vector<VoxelBox> boxes;
+  map.for_each_block_changed_since(seen_revision_, [&](const VoxelBox& block) {
+    VoxelBox changed;
+    if (read_obstacles(map, block, changed)) {
+      add_joined(boxes, grown(changed, truncation_cells_, grid_.size()));
+    }
+  });
+  seen_revision_ = map_revision;
+  if (fresh_) {
+    boxes.assign(1, {{0, 0, 0}, {grid_.size()[0] - 1, grid_.size()[1] - 1, grid_.size()[2] - 1}});
+    fresh_ = false;
+  }
+  if (!boxes.empty()) {
+    ++revision_;
+  }
+  for (const VoxelBox& box : boxes) {
+    for (int z = box.lo.z; z <= box.hi.z; z += kTile) {
+      for (int y = box.lo.y; y <= box.hi.y; y += kTile) {
+        for (int x = box.lo.x; x <= box.hi.x; x += kTile) {
+          recompute({{x, y, z},
+                     {std::min(x + kTile - 1, box.hi.x), std::min(y + kTile - 1, box.hi.y),
+                      std::min(z + kTile - 1, box.hi.z)}});
+        }
+      }
+    }
+  }
+}
+
+/// One pass per axis; each keeps squared distances to obstacles seen along the axes done so far
+/// (Felzenszwalb and Huttenlocher 2012, with the parabolas of the few cells in reach compared directly).
+void DistanceField::recompute(const VoxelBox& box) {
+  const std::array<int, 3>& size = grid_.size();
+  const VoxelBox around = grown(box, truncation_cells_, size);
+  const Range in_x{around.lo.x, around.hi.x}, in_y{around.lo.y, around.hi.y}, in_z{around.lo.z, around.hi.z};
+  const Range out_x{box.lo.x, box.hi.x}, out_y{box.lo.y, box.hi.y};
+  const int width = out_x.count();
+  const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
+  const auto row = [width](std::vector<std::int16_t>& data, int index) {
+    return data.data() + static_cast<std::ptrdiff_t>(index) * width;
+  };
+
+  along_x_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(in_y.count()));
+  along_xy_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(out_y.count() * in_z.count()));
+  for (int z = in_z.lo; z <= in_z.hi; ++z) {
+    for (int y = in_y.lo; y <= in_y.hi; ++y) {
+      row_pass(obstacle_.data() + grid_.linear({0, y, z}), in_x, out_x, truncation_cells_, row(along_x_, y - in_y.lo));
+    }
+    for (int y = out_y.lo; y <= out_y.hi; ++y) {
+      std::int16_t* out = row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo);
+      std::fill(out, out + width, far);
+      for (int from = std::max(y - truncation_cells_, in_y.lo); from <= std::min(y + truncation_cells_, in_y.hi);
+           ++from) {
+        lower(out, row(along_x_, from - in_y.lo), static_cast<std::int16_t>((from - y) * (from - y)), width);
+      }
+    }
+  }
+  line_.resize(static_cast<std::size_t>(width));
+  for (int z = box.lo.z; z <= box.hi.z; ++z) {
+    for (int y = out_y.lo; y <= out_y.hi; ++y) {
+      std::fill(line_.begin(), line_.end(), far);
+      for (int from = std::max(z - truncation_cells_, in_z.lo); from <= std::min(z + truncation_cells_, in_z.hi);
+           ++from) {
+        lower(line_.data(), row(along_xy_, (from - in_z.lo) * out_y.count() + y - out_y.lo),
+              static_cast<std::int16_t>((from - z) * (from - z)), width);
+      }
+      write_row(out_x.lo, y, z);
+    }
+  }
+}
+
+/// For kBlocked the nearest cell outside the grid lies straight along some axis.
+void DistanceField::write_row(int first_x, int y, int z) {
+  const std::array<int, 3>& size = grid_.size();
+  std::uint16_t* out = squared_.data() + grid_.linear({first_x, y, z});
+  const int across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, truncation_cells_});
+  for (std::size_t i = 0; i < line_.size(); ++i) {
+    int nearest = line_[i];
+    if (obstacles_ == Obstacles::kBlocked) {
+      const int x = first_x + static_cast<int>(i);
+      const int border = std::min({x + 1, size[0] - x, across});
+      nearest = std::min(nearest, border * border);
+    }
+    out[i] = static_cast<std::uint16_t>(nearest);
+  }
+}
+
+int min_squared_cells_for(double radius_m, double resolution_m) {
+  if (!(radius_m >= 0.0) || !(resolution_m > 0.0) || !std::isfinite(radius_m)) {
+    throw InputError("clearance radius " + std::to_string(radius_m) + " m cannot be used");
+  }
+  const double radius = radius_m / resolution_m;
+  const int reach = static_cast<int>(std::ceil(radius + 0.5));
+  int needed = 1;
+  for (int x = 0; x <= reach; ++x) {
+    for (int y = 0; y <= x; ++y) {
+      for (int z = 0; z <= y; ++z) {
+        // Nearest point of the other voxel's cube, in cells.
+        const double dx = std::max(x - 0.5, 0.0), dy = std::max(y - 0.5, 0.0), dz = std::max(z - 0.5, 0.0);
+        if (dx * dx + dy * dy + dz * dz < radius * radius * (1.0 - 1e-9)) {
+          needed = std::max(needed, x * x + y * y + z * z + 1);
+        }
+      }
+    }
+  }
+  return needed;
+}
+
+}  // namespace stairwell::mapping

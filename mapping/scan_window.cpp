@@ -1,0 +1,106 @@
+#include "mapping/scan_window.hpp"
+
+#include "mapping/occupancy_map.hpp"
+#include "mapping/scan_integrator.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace stairwell::mapping {
+
+namespace {
+
+constexpr int kRim = 1;
+constexpr int kBlock = OccupancyMap::kBlock;
+
+/// Block that holds voxel `v` of the block table; negative before its first voxel.
+int block_of(int v) { return v >> 3; }
+
+/// Bit i of the result is the lowest bit of byte i.
+std::uint64_t lowest_bits(std::uint64_t bytes) {
+  return ((bytes & 0x0101010101010101ULL) * 0x0102040810204080ULL) >> 56;
+}
+
+bool in_table(const OccupancyMap& map, const VoxelIndex& block) {
+  const std::array<int, 3>& count = map.block_count();
+  return block.x >= 0 && block.y >= 0 && block.z >= 0 && block.x < count[0] && block.y < count[1] && block.z < count[2];
+}
+
+}  // namespace
+
+void LatticeBox::extend(const LatticeKey& key) {
+  lo = {std::min(lo.x, key.x), std::min(lo.y, key.y), std::min(lo.z, key.z)};
+  hi = {std::max(hi.x, key.x), std::max(hi.y, key.y), std::max(hi.z, key.z)};
+}
+
+bool ScanWindow::open(const OccupancyMap& map, const LatticeBox& reach) {
+  const std::array<int, 3> reach_lo{reach.lo.x, reach.lo.y, reach.lo.z};
+  const std::array<int, 3> reach_hi{reach.hi.x, reach.hi.y, reach.hi.z};
+  std::array<int, 3> lo{};
+  std::array<int, 3> first{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int grid_lo = map.grid().first_cell()[axis] + kKeyOrigin;
+    const int grid_hi = grid_lo + map.grid().size()[axis] - 1;
+    lo[axis] = std::max(reach_lo[axis] - 1, grid_lo);
+    const int hi = std::min(reach_hi[axis] + 1, grid_hi);
+    if (lo[axis] > hi) {
+      return false;
+    }
+    size_[axis] = static_cast<unsigned>(hi - lo[axis] + 1);
+    const int table_lo = grid_lo - map.block_offset()[axis];  // key of the block table's first voxel
+    first_block_[axis] = block_of(lo[axis] - kRim - table_lo);
+    blocks_[axis] = block_of(hi + kRim - table_lo) - first_block_[axis] + 1;
+    first[axis] = table_lo + first_block_[axis] * kBlock;
+  }
+  lo_ = {lo[0], lo[1], lo[2]};
+  first_ = {first[0], first[1], first[2]};
+  stride_y_ = blocks_[0] * kBlock;
+  stride_z_ = stride_y_ * blocks_[1] * kBlock;
+  const auto needed = static_cast<std::size_t>(stride_z_ * blocks_[2] * kBlock);
+  if (cells_.size() < needed) {
+    cells_.resize(needed, 0);
+  }
+  return true;
+}
+
+void ScanWindow::apply_to(OccupancyMap& map, IntegrationStats& stats) {
+  // Rows of 8 voxels, gathered into block masks layer by layer.
+  std::vector<BlockMask> masks(static_cast<std::size_t>(blocks_[0]));
+  std::vector<char> touched(masks.size());
+  for (int bz = 0; bz < blocks_[2]; ++bz) {
+    for (int by = 0; by < blocks_[1]; ++by) {
+      std::fill(touched.begin(), touched.end(), char{0});
+      for (std::size_t row = 0; row < 64; ++row) {
+        const std::size_t y = row % 8;
+        const std::size_t z = row / 8;
+        std::uint8_t* cells = cells_.data() + (bz * kBlock + static_cast<int>(z)) * stride_z_ +
+                              (by * kBlock + static_cast<int>(y)) * stride_y_;
+        for (std::size_t bx = 0; bx < masks.size(); ++bx, cells += kBlock) {
+          std::uint64_t bytes = 0;
+          std::memcpy(&bytes, cells, sizeof(bytes));
+          if (bytes == 0) {
+            continue;
+          }
+          if (touched[bx] == 0) {
+            masks[bx] = BlockMask{};
+            touched[bx] = 1;
+          }
+          masks[bx].miss[z] |= lowest_bits(bytes) << (8 * y);
+          masks[bx].hit[z] |= lowest_bits(bytes >> 1) << (8 * y);
+          std::memset(cells, 0, sizeof(bytes));
+        }
+      }
+      for (std::size_t bx = 0; bx < masks.size(); ++bx) {
+        const VoxelIndex block{first_block_[0] + static_cast<int>(bx), first_block_[1] + by, first_block_[2] + bz};
+        if (touched[bx] != 0 && in_table(map, block)) {  // the rim may lie outside
+          const OccupancyMap::ScanEffect effect = map.apply(block, masks[bx]);
+          stats.voxels_updated += effect.updated;
+          stats.voxels_changed += effect.changed;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace stairwell::mapping
