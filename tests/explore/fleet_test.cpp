@@ -1,0 +1,166 @@
+#include "core/errors.hpp"
+#include "explore/fleet.hpp"
+#include "mapping/octomap_io.hpp"
+#include "tests/explore/toy_building.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <limits>
+
+using namespace stairwell;
+using explore::Fleet;
+using explore::StopReason;
+using test::ToySimulation;
+
+namespace {
+
+double no_clock() { return 0.0; }
+
+/// Share of the voxels strictly inside the rooms that are known.
+double known_share(const mapping::OccupancyMap& map) {
+  std::size_t known = 0;
+  std::size_t all = 0;
+  for (double z = 0.15; z < 2.3; z += 0.1) {
+    for (double y = 0.15; y < 3.9; y += 0.1) {
+      for (double x = 0.15; x < 5.9; x += 0.1) {
+        if (std::abs(x - 3.0) < 0.2) continue;
+        ++all;
+        if (map.at(Eigen::Vector3d(x, y, z)) != Occupancy::kUnknown) ++known;
+      }
+    }
+  }
+  return static_cast<double>(known) / static_cast<double>(all);
+}
+
+double least_distance(const Fleet& fleet) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < fleet.size(); ++i) {
+    for (std::size_t j = i + 1; j < fleet.size(); ++j) {
+      least_m = std::min(least_m, (fleet.uav_state(i).position_m - fleet.uav_state(j).position_m).norm());
+    }
+  }
+  return least_m;
+}
+
+}  // namespace
+
+TEST_CASE("one UAV explores two rooms in either mode and says that nothing is left") {
+  const bool slice = GENERATE(false, true);
+  auto config = test::toy_config();
+  config.mode = slice ? explore::Mode::kSlice : explore::Mode::kVolume;
+  config.coverage = slice ? "layers" : "frontiers";
+  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  while (fleet.step()) {
+  }
+  INFO("slice " << slice << ", ended at " << fleet.time_s() << " s");
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(known_share(fleet.map()) >= 0.98);
+  CHECK(fleet.stats().emergency_stops == 0);
+}
+
+TEST_CASE("UAVs keep their distance in a small building and share the work") {
+  auto config = test::toy_config();
+  ToySimulation sim(test::two_rooms(), config, {{0.6, 0.6, 1.0}, {0.6, 2.0, 1.0}, {0.6, 3.4, 1.0}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  double least_m = least_distance(fleet);
+  while (fleet.step()) least_m = std::min(least_m, least_distance(fleet));
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(known_share(fleet.map()) >= 0.98);
+  CHECK(least_m >= config.fellow_clearance_m - 0.02);
+}
+
+TEST_CASE("a landed UAV takes off, explores and lands again") {
+  auto config = test::toy_config();
+  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 0.0}}, true);
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  double highest_m = 0.0;
+  while (fleet.step()) highest_m = std::max(highest_m, fleet.uav_state(0).position_m.z());
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(highest_m >= 0.9);
+  CHECK(fleet.uav_state(0).position_m.z() < 0.6);
+  CHECK(fleet.exploration_end_s() <= fleet.time_s());
+}
+
+TEST_CASE("the same seed flies the same way when planning time is not charged") {
+  const auto config = test::toy_config();
+  std::vector<Eigen::Vector3d> ends_m;
+  for (int run = 0; run < 2; ++run) {
+    ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}, {1.0, 3.0, 1.0}});
+    explore::ExplorationLog log;
+    Fleet fleet(config, sim.doors(), log, no_clock);
+    while (fleet.time_s() < 12.0 && fleet.step()) {
+    }
+    ends_m.push_back(fleet.uav_state(0).position_m);
+    ends_m.push_back(fleet.uav_state(1).position_m);
+  }
+  CHECK(ends_m[0] == ends_m[2]);
+  CHECK(ends_m[1] == ends_m[3]);
+}
+
+TEST_CASE("a fleet loaded from its saved state carries on to the end") {
+  const auto config = test::toy_config();
+  const auto file = std::filesystem::path(STAIRWELL_TEST_TMP) / "fleet_state.ot";
+  std::string state;
+  double saved_at_s = 0.0;
+  {
+    ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
+    explore::ExplorationLog log;
+    Fleet fleet(config, sim.doors(), log, no_clock);
+    while (fleet.time_s() < 6.0 && fleet.step()) {
+    }
+    state = fleet.save_state();
+    saved_at_s = fleet.time_s();
+    mapping::save_octomap(fleet.map(), file);
+  }
+  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  fleet.load_state(state, mapping::map_from_octree(*mapping::load_octree(file), fleet.map().grid()));
+  CHECK(fleet.time_s() == Approx(saved_at_s));
+  while (fleet.step()) {
+  }
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(known_share(fleet.map()) >= 0.98);
+
+  SECTION("a damaged state is refused") {
+    ToySimulation other(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
+    Fleet fresh(config, other.doors(), log, no_clock);
+    for (const std::size_t length : {std::size_t{0}, state.size() / 2, state.size() - 1}) {
+      CHECK_THROWS_AS(fresh.load_state(state.substr(0, length), mapping::OccupancyMap(fresh.map().grid())), InputError);
+    }
+  }
+}
+
+TEST_CASE("a fleet refuses what it cannot fly with") {
+  explore::ExplorationLog log;
+  auto config = test::toy_config();
+  CHECK_THROWS_AS(Fleet(config, {}, log, no_clock), InputError);
+  config.resolution_m = std::numeric_limits<double>::quiet_NaN();
+  ToySimulation sim(test::two_rooms(), test::toy_config(), {{1.0, 1.0, 1.0}});
+  CHECK_THROWS_AS(Fleet(config, sim.doors(), log, no_clock), InputError);
+}
+
+TEST_CASE("the run stops when asked and at its time limit") {
+  auto config = test::toy_config();
+  config.time_limit_s = 3.0;
+  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  SECTION("limit") {
+    while (fleet.step()) {
+    }
+    CHECK(fleet.stop_reason() == StopReason::kTimeLimit);
+    CHECK(fleet.time_s() == Approx(3.0));
+  }
+  SECTION("asked") {
+    fleet.step();
+    fleet.stop(StopReason::kInterrupted);
+    CHECK_FALSE(fleet.step());
+    CHECK(fleet.stop_reason() == StopReason::kInterrupted);
+  }
+}
