@@ -8,7 +8,10 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace stairwell::sim3d {
@@ -23,11 +26,18 @@ class GroundTruth {
   GroundTruth(const World& world, const GridSpec& grid);
 
   const GridSpec& grid() const { return grid_; }
+  const TriangleMesh& mesh() const { return mesh_; }
   TruthClass at(const VoxelIndex& v) const { return classes_[grid_.linear(v)]; }
+  TruthClass at(std::size_t linear_index) const { return classes_[linear_index]; }
+  /// A surface this near to a voxel's face, on either side, makes the voxel kBoundary.
+  double face_tolerance_m() const { return std::min(0.002, 0.1 * grid_.resolution_m()); }
   /// A sphere of `radius_m` centred at the point touches no surface (exact triangle distance).
   bool sphere_free(const Eigen::Vector3d& center_m, double radius_m) const;
   /// Distance from a point to the nearest surface, capped at `cap_m`.
   double clearance_m(const Eigen::Vector3d& point_m, double cap_m) const;
+
+  /// Appends at least every triangle that reaches into the cube around the sphere (some may appear twice).
+  void triangles_near(const Eigen::Vector3d& center_m, double radius_m, std::vector<std::uint32_t>& triangles) const;
 
   /// Voxels whose centre the robot can occupy collision-free and reach from one of the starts inside `flight_box`.
   /// One byte per voxel.
@@ -41,8 +51,16 @@ class GroundTruth {
                                        const SensorModel& sensor, const Aabb& task_box, int rays_per_voxel = 96) const;
 
  private:
+  void classify();
+  void fill_bins();
+  template <typename Visit>
+  bool any_triangle_near(const Eigen::Vector3d& center_m, double radius_m, const Visit& visit) const;
+  /// The free voxel centre nearest to a start that a straight way leads to (a start may stand on the ground).
+  std::optional<VoxelIndex> entry_voxel(const Eigen::Vector3d& start_m, double radius_m, const Aabb& flight_box) const;
+
   GridSpec grid_;
   TriangleMesh mesh_;
+  Aabb mesh_bounds_;
   std::vector<TruthClass> classes_;
   // Triangles per coarse cell, for exact distances.
   GridSpec bins_;

@@ -1,0 +1,259 @@
+#include "sim3d/ground_truth.hpp"
+#include "sim3d/sensors.hpp"
+#include "sim3d/triangle_geometry.hpp"
+#include "sim3d/view_poses.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+
+namespace stairwell::sim3d {
+
+namespace {
+
+constexpr std::size_t kBatch = 16;
+constexpr std::size_t kMaxTargets = 12;
+/// A voxel is given up after this many poses per ray allowed, whether or not they were in view.
+constexpr int kPosesPerRay = 4;
+
+/// A place in a voxel to look at.
+struct Target {
+  Eigen::Vector3d point_m;
+  bool surface = false;  ///< the return must fall into the voxel; otherwise the point must be seen unobstructed
+};
+
+/// Asks for one voxel after the other whether some pose of a list sees it.
+class Viewer {
+ public:
+  Viewer(const GridSpec& grid, const RayCaster& caster, const SensorModel& sensor, int rays_per_voxel)
+      : grid_(grid), caster_(caster), sensor_(sensor), window_(sensor), rays_per_voxel_(rays_per_voxel) {}
+
+  /// Moves the pose that saw the voxel to the front of `poses`: it likely sees the next voxel as well.
+  bool sees(const VoxelIndex& v, std::span<const Target> targets, std::vector<Eigen::Vector3d>& poses) {
+    if (targets.empty()) return false;
+    int rays = 0;
+    std::size_t batch = 1;  // most voxels are seen at once; the others are worth whole packets
+    std::size_t next = 0;
+    const std::size_t considered =
+        std::min(poses.size(), static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel_));
+    while (next < considered && rays < rays_per_voxel_) {
+      pending_.clear();
+      const std::size_t wanted = std::min(batch, static_cast<std::size_t>(rays_per_voxel_ - rays));
+      for (; next < considered && pending_.size() < wanted; ++next) propose(v, targets, poses[next], next);
+      rays += static_cast<int>(pending_.size());
+      if (const auto seen = cast_pending(v); seen < poses.size()) {
+        const auto at = poses.begin() + static_cast<std::ptrdiff_t>(seen);
+        std::rotate(poses.begin(), at, at + 1);
+        return true;
+      }
+      batch = kBatch;
+    }
+    return false;
+  }
+
+ private:
+  struct Ray {
+    Eigen::Vector3d origin_m;
+    Eigen::Vector3d direction;
+    double target_m = 0.0;
+    bool surface = false;
+    std::size_t pose = 0;
+  };
+
+  void propose(const VoxelIndex& v, std::span<const Target> targets, const Eigen::Vector3d& pose_m, std::size_t pose) {
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const Target& target = targets[(pose + k) % targets.size()];
+      const Eigen::Vector3d offset_m = target.point_m - pose_m;
+      const double distance_m = offset_m.norm();
+      const double nearest_m = target.surface ? sensor_.min_range_m : 1e-6;
+      const double bias_m = target.surface ? kSurfaceBias_m : 0.0;
+      if (distance_m < nearest_m || distance_m + bias_m > sensor_.max_range_m || !window_.contains(offset_m)) continue;
+      const Eigen::Vector3d direction = offset_m / distance_m;
+      if (!(grid_.index_of(target.point_m + bias_m * direction) == v)) continue;
+      pending_.push_back({pose_m, direction, distance_m, target.surface, pose});
+      return;
+    }
+  }
+
+  /// Position in the list of the pose that sees the voxel, or the largest number.
+  std::size_t cast_pending(const VoxelIndex& v) {
+    const std::size_t count = pending_.size();
+    const double overshoot_m = grid_.resolution_m();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Ray& ray = pending_[i];
+      origins_[i] = ray.origin_m.cast<float>();
+      directions_[i] = ray.direction.cast<float>();
+      ranges_[i] = static_cast<float>(ray.surface ? ray.target_m + overshoot_m : ray.target_m);
+    }
+    if (count == 1) {
+      distances_[0] = caster_.cast(origins_[0], directions_[0], ranges_[0]).distance_m;
+    } else if (count > 1) {
+      caster_.cast_many({origins_.data(), count}, {directions_.data(), count}, {ranges_.data(), count},
+                        {distances_.data(), count});
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Ray& ray = pending_[i];
+      const auto hit_m = static_cast<double>(distances_[i]);
+      if (!ray.surface && std::isinf(hit_m)) return ray.pose;
+      if (!ray.surface || std::isinf(hit_m) || hit_m < sensor_.min_range_m) continue;
+      const double return_m = hit_m + kSurfaceBias_m;
+      if (return_m <= sensor_.max_range_m && grid_.index_of(ray.origin_m + return_m * ray.direction) == v) {
+        return ray.pose;
+      }
+    }
+    return static_cast<std::size_t>(-1);
+  }
+
+  const GridSpec& grid_;
+  const RayCaster& caster_;
+  const SensorModel& sensor_;
+  ElevationWindow window_;
+  int rays_per_voxel_;
+  std::vector<Ray> pending_;
+  std::array<Eigen::Vector3f, kBatch> origins_;
+  std::array<Eigen::Vector3f, kBatch> directions_;
+  std::array<float, kBatch> ranges_;
+  std::array<float, kBatch> distances_;
+};
+
+void add_targets(const Triangle& triangle, const Aabb& box, std::vector<Target>& targets) {
+  const std::vector<Eigen::Vector3d> polygon = clip_to_box(triangle, box);
+  if (polygon.empty() || targets.size() >= kMaxTargets) return;
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& corner_m : polygon) middle_m += corner_m;
+  middle_m /= static_cast<double>(polygon.size());
+  targets.push_back({middle_m, true});
+  for (const std::size_t corner : {std::size_t{0}, polygon.size() / 2}) {
+    targets.push_back({middle_m + 0.7 * (polygon[corner] - middle_m), true});
+  }
+}
+
+/// Places in the voxel to look at: the centre of a free one, points of the surface in the others.
+void list_targets(const GroundTruth& truth, const VoxelIndex& v, std::vector<std::uint32_t>& triangles,
+                  std::vector<Target>& targets) {
+  targets.clear();
+  const Eigen::Vector3d center_m = truth.grid().center_of(v);
+  const TruthClass found = truth.at(v);
+  if (found == TruthClass::kFree) {
+    targets.push_back({center_m, false});
+    return;
+  }
+  const double half_m =
+      0.5 * truth.grid().resolution_m() + (found == TruthClass::kBoundary ? truth.face_tolerance_m() : 0.0);
+  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(half_m);
+  triangles.clear();
+  truth.triangles_near(center_m, half_m, triangles);
+  for (const std::uint32_t i : triangles) {
+    add_targets(triangle_of(truth.mesh(), i), {center_m - reach_m, center_m + reach_m}, targets);
+  }
+}
+
+/// Visits the voxels of the block that the grid has.
+template <typename Visit>
+void for_each_in_block(const GridSpec& grid, const VoxelIndex& corner, int edge, const Visit& visit) {
+  for (int z = corner.z; z < std::min(corner.z + edge, grid.size()[2]); ++z) {
+    for (int y = corner.y; y < std::min(corner.y + edge, grid.size()[1]); ++y) {
+      for (int x = corner.x; x < std::min(corner.x + edge, grid.size()[0]); ++x) visit(VoxelIndex{x, y, z});
+    }
+  }
+}
+
+bool touches(const GridSpec& grid, const VoxelIndex& v, const std::vector<std::uint8_t>& marks, std::uint8_t mark) {
+  for (int n = 0; n < 27; ++n) {
+    const VoxelIndex to = v + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+    if (grid.contains(to) && marks[grid.linear(to)] == mark) return true;
+  }
+  return false;
+}
+
+constexpr std::uint8_t kOpen = 1;      // free space around the reachable voxels, from face to face
+constexpr std::uint8_t kTouching = 2;  // surface next to it
+constexpr std::uint8_t kAlmost = 3;    // the same, but only touched by the surface: what is behind counts as well
+constexpr std::uint8_t kBehind = 4;
+
+void flood_free(const GroundTruth& truth, std::vector<std::uint8_t>& marks) {
+  const GridSpec& grid = truth.grid();
+  std::vector<VoxelIndex> open;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == kOpen) open.push_back(grid.voxel(i));
+  }
+  const auto visit = [&](const VoxelIndex& v) {
+    if (!grid.contains(v) || truth.at(v) != TruthClass::kFree) return;
+    std::uint8_t& mark = marks[grid.linear(v)];
+    if (mark != 0) return;
+    mark = kOpen;
+    open.push_back(v);
+  };
+  while (!open.empty()) {
+    const VoxelIndex v = open.back();
+    open.pop_back();
+    for (const int step : {-1, 1}) {
+      visit(v + VoxelIndex{step, 0, 0});
+      visit(v + VoxelIndex{0, step, 0});
+      visit(v + VoxelIndex{0, 0, step});
+    }
+  }
+}
+
+/// Marks every voxel that is worth a look.
+std::vector<std::uint8_t> view_candidates(const GroundTruth& truth, const std::vector<std::uint8_t>& reachable) {
+  std::vector<std::uint8_t> marks = reachable;
+  flood_free(truth, marks);
+  std::vector<std::size_t> surface;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == 0 && truth.at(i) != TruthClass::kFree) surface.push_back(i);
+  }
+  for (const std::size_t i : surface) {
+    if (touches(truth.grid(), truth.grid().voxel(i), marks, kOpen)) {
+      marks[i] = truth.at(i) == TruthClass::kBoundary ? kAlmost : kTouching;
+    }
+  }
+  for (const std::size_t i : surface) {
+    if (marks[i] == 0 && touches(truth.grid(), truth.grid().voxel(i), marks, kAlmost)) marks[i] = kBehind;
+  }
+  return marks;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> GroundTruth::explorable(const std::vector<std::uint8_t>& reachable, const RayCaster& caster,
+                                                  const SensorModel& sensor, const Aabb& task_box,
+                                                  int rays_per_voxel) const {
+  if (reachable.size() != grid_.voxel_count()) throw std::invalid_argument("explorable: one byte per voxel is needed");
+  std::vector<std::uint8_t> seen(reachable.size(), 0);
+  if (rays_per_voxel < 1 || std::find(reachable.begin(), reachable.end(), 1) == reachable.end()) return seen;
+  const std::vector<std::uint8_t> candidates = view_candidates(*this, reachable);
+  const ViewPoses view_poses(grid_, reachable, sensor);
+  const std::size_t most_poses = static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel);
+  Viewer viewer(grid_, caster, sensor, rays_per_voxel);
+  std::vector<Eigen::Vector3d> poses_m;
+  std::vector<std::uint32_t> triangles;
+  std::vector<Target> targets;
+  const auto look_at_block = [&](const VoxelIndex& corner) {
+    bool poses_known = false;
+    for_each_in_block(grid_, corner, view_poses.block_edge(), [&](const VoxelIndex& v) {
+      const std::size_t index = grid_.linear(v);
+      if (candidates[index] == 0 || !task_box.contains(grid_.center_of(v))) return;
+      if (reachable[index] != 0) {
+        seen[index] = 1;
+        return;
+      }
+      if (!poses_known) view_poses.around(corner, most_poses, poses_m);
+      poses_known = true;
+      list_targets(*this, v, triangles, targets);
+      seen[index] = viewer.sees(v, targets, poses_m) ? 1 : 0;
+    });
+  };
+  const int edge = view_poses.block_edge();
+  for (int z = 0; z < grid_.size()[2]; z += edge) {
+    for (int y = 0; y < grid_.size()[1]; y += edge) {
+      for (int x = 0; x < grid_.size()[0]; x += edge) look_at_block({x, y, z});
+    }
+  }
+  return seen;
+}
+
+}  // namespace stairwell::sim3d
