@@ -27,10 +27,19 @@ class SafetyCheck {
   struct Config {
     double step_m = 0.05;             ///< spacing of the checked states
     double fellow_clearance_m = 0.5;  ///< least distance between the centres of two UAVs
+    /// A UAV that already touches something (the map changed around it) may leave: for this far from its start the
+    /// sphere is only as large as fits there, until it first fits whole. 0 = never.
+    double escape_m = 0.6;
   };
   SafetyCheck() = default;
   explicit SafetyCheck(const Config& config) : config_(config) {}
 
+  /// The robot at one place (its radius, without margin).
+  Verdict check_position(const FreeSpace& space, const Eigen::Vector3d& position_m) const {
+    return check_position(space, position_m, space.robot().radius_m);
+  }
+  Verdict check_position(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) const;
+  /// Every point, and points between where two are farther apart than `step_m`.
   SafetyReport check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const;
   /// From `from_s` to the end, where the UAV stays. Space only.
   SafetyReport check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const;

@@ -1,0 +1,226 @@
+#include "planning3d/safety_check.hpp"
+
+#include "core/units.hpp"
+
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kTouch_m = 1e-6;  // resting against a face is no collision
+constexpr double kBoxRounding_m = 1e-6;
+constexpr double kLimitRounding = 1e-4;  // relative
+
+/// FCL's word on the robot's sphere against one voxel.
+bool sphere_hits_voxel(const fcl::Sphered& sphere, const Eigen::Vector3d& sphere_m, const fcl::Boxd& voxel,
+                       const Eigen::Vector3d& voxel_m) {
+  static const fcl::detail::GJKSolver_libccd<double> solver;
+  fcl::Transform3d T_world_sphere = fcl::Transform3d::Identity();
+  fcl::Transform3d T_world_voxel = fcl::Transform3d::Identity();
+  T_world_sphere.translation() = sphere_m;
+  T_world_voxel.translation() = voxel_m;
+  return solver.shapeIntersect(sphere, T_world_sphere, voxel, T_world_voxel,
+                               static_cast<std::vector<fcl::ContactPointd>*>(nullptr));
+}
+
+Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) {
+  const GridSpec& grid = space.grid();
+  const fcl::Sphered sphere(std::max(kTouch_m, radius_m - kTouch_m));
+  const fcl::Boxd voxel(fcl::Vector3d::Constant(grid.resolution_m()));
+  const VoxelIndex from = grid.index_of(position_m - Eigen::Vector3d::Constant(radius_m));
+  const VoxelIndex to = grid.index_of(position_m + Eigen::Vector3d::Constant(radius_m));
+  Verdict worst = Verdict::kSafe;
+  for (int z = from.z; z <= to.z; ++z) {
+    for (int y = from.y; y <= to.y; ++y) {
+      for (int x = from.x; x <= to.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        if (!space.map().blocked(v)) continue;
+        if (!sphere_hits_voxel(sphere, position_m, voxel, grid.center_of(v))) continue;
+        if (space.map().at(v) == Occupancy::kOccupied) return Verdict::kOccupied;
+        if (worst != Verdict::kUnknown) worst = grid.contains(v) ? Verdict::kUnknown : Verdict::kOutsideBox;
+      }
+    }
+  }
+  return worst;
+}
+
+/// Checks one place after the other with the escape allowance.
+class Walker {
+ public:
+  Walker(const SafetyCheck& check, const FreeSpace& space) : check_(check), space_(space) {
+    radius_m_ = space.robot().radius_m;
+  }
+
+  Verdict visit(const Eigen::Vector3d& at_m) {
+    if (first_) start(at_m);
+    gone_m_ += (at_m - last_m_).norm();
+    last_m_ = at_m;
+    const double whole_m = space_.robot().radius_m;
+    if (radius_m_ < whole_m) {
+      if (gone_m_ > check_.config().escape_m || check_.check_position(space_, at_m, whole_m) == Verdict::kSafe) {
+        radius_m_ = whole_m;
+      }
+    }
+    return check_.check_position(space_, at_m, radius_m_);
+  }
+
+ private:
+  void start(const Eigen::Vector3d& at_m) {
+    first_ = false;
+    last_m_ = at_m;
+    const double whole_m = space_.robot().radius_m;
+    if (!(check_.config().escape_m > 0.0)) return;
+    for (const double part : {1.0, 0.75, 0.5, 0.25, 0.05}) {
+      radius_m_ = part * whole_m;
+      if (check_.check_position(space_, at_m, radius_m_) == Verdict::kSafe) return;
+    }
+    radius_m_ = whole_m;
+  }
+
+  const SafetyCheck& check_;
+  const FreeSpace& space_;
+  bool first_ = true;
+  double radius_m_;
+  double gone_m_ = 0.0;
+  Eigen::Vector3d last_m_ = Eigen::Vector3d::Zero();
+};
+
+double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
+  return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
+}
+
+double fastest_mps(const Trajectory& trajectory) {
+  double most = 0.0;
+  for (const MotionState& state : trajectory.states()) most = std::max(most, state.velocity_mps.squaredNorm());
+  return std::sqrt(most);
+}
+
+}  // namespace
+
+const char* to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kSafe:
+      return "safe";
+    case Verdict::kOccupied:
+      return "occupied";
+    case Verdict::kUnknown:
+      return "unknown";
+    case Verdict::kOutsideBox:
+      return "outside box";
+    case Verdict::kLimits:
+      return "limits";
+    case Verdict::kFellow:
+      return "fellow";
+  }
+  return "?";
+}
+
+Verdict SafetyCheck::check_position(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) const {
+  if (!position_m.array().isFinite().all()) return Verdict::kOutsideBox;
+  if (!space.flight_box().inflated(kBoxRounding_m).contains(position_m)) return Verdict::kOutsideBox;
+  if (space.surely_free(position_m, radius_m)) return Verdict::kSafe;
+  return close_call(space, position_m, radius_m);
+}
+
+SafetyReport SafetyCheck::check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const {
+  Walker walker(*this, space);
+  double gone_m = 0.0;
+  for (std::size_t i = 0; i < path_m.size(); ++i) {
+    const Eigen::Vector3d from_m = i > 0 ? path_m[i - 1] : path_m[i];
+    const double leg_m = (path_m[i] - from_m).norm();
+    const double ratio = std::ceil(leg_m / config_.step_m);
+    if (!std::isfinite(ratio)) return {Verdict::kOutsideBox, gone_m, path_m[i]};
+    const int pieces = std::max(1, static_cast<int>(ratio));
+    for (int k = 1; k <= pieces; ++k) {
+      const double u = static_cast<double>(k) / pieces;
+      const Eigen::Vector3d at_m = from_m + u * (path_m[i] - from_m);
+      const Verdict verdict = walker.visit(at_m);
+      if (verdict != Verdict::kSafe) return {verdict, gone_m + u * leg_m, at_m};
+    }
+    gone_m += leg_m;
+  }
+  return {};
+}
+
+SafetyReport SafetyCheck::check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const {
+  if (trajectory.empty()) return {};
+  Walker walker(*this, space);
+  const double end_s = trajectory.end_time_s();
+  Eigen::Vector3d checked_m = trajectory.sample(from_s).position_m;
+  Verdict verdict = walker.visit(checked_m);
+  if (verdict != Verdict::kSafe) return {verdict, from_s, checked_m};
+  for (double time_s = from_s; time_s < end_s;) {
+    const double speed_mps = trajectory.sample(time_s).velocity_mps.norm();
+    // Half a step at the present speed, so that no two checked places are farther apart than a whole one.
+    const double wait_s =
+        std::clamp(0.5 * config_.step_m / std::max(speed_mps, 1e-3), 0.1 * Trajectory::kStep_s, Trajectory::kStep_s);
+    time_s = std::min(end_s, time_s + wait_s);
+    const Eigen::Vector3d at_m = trajectory.sample(time_s).position_m;
+    if (time_s < end_s && (at_m - checked_m).norm() < 0.5 * config_.step_m) continue;
+    checked_m = at_m;
+    verdict = walker.visit(at_m);
+    if (verdict != Verdict::kSafe) return {verdict, time_s, at_m};
+  }
+  return {};
+}
+
+SafetyReport SafetyCheck::check_limits(const Trajectory& trajectory, const MotionLimits& limits, double from_s) const {
+  const auto& states = trajectory.states();
+  const double dt_s = Trajectory::kStep_s;
+  const double slack = 1.0 + kLimitRounding;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const double time_s = trajectory.start_time_s() + dt_s * static_cast<double>(i);
+    if (time_s < from_s - 1e-9) continue;
+    const MotionState& now = states[i];
+    bool fine = size_of(now.velocity_mps, limits.norm) <= limits.speed_mps * slack &&
+                std::abs(now.yaw_rate_radps) <= limits.yaw_rate_radps * slack;
+    if (fine && i + 1 < states.size()) {
+      const MotionState& next = states[i + 1];
+      const Eigen::Vector3d change_mps = next.velocity_mps - now.velocity_mps;
+      const Eigen::Vector3d moved_m = next.position_m - now.position_m;
+      fine = size_of(change_mps, limits.norm) <= limits.acceleration_mps2 * dt_s * slack &&
+             std::abs(next.yaw_rate_radps - now.yaw_rate_radps) <= limits.yaw_acceleration_radps2 * dt_s * slack &&
+             size_of(moved_m, limits.norm) <= limits.speed_mps * dt_s * slack + 1e-6 &&
+             std::abs(wrap_angle(next.yaw_rad - now.yaw_rad)) <= limits.yaw_rate_radps * dt_s * slack + 1e-6;
+    } else if (fine) {  // it rests from the last state on
+      fine = size_of(now.velocity_mps, limits.norm) <= limits.acceleration_mps2 * dt_s * slack &&
+             std::abs(now.yaw_rate_radps) <= limits.yaw_acceleration_radps2 * dt_s * slack;
+    }
+    if (!fine) return {Verdict::kLimits, time_s, now.position_m};
+  }
+  return {};
+}
+
+SafetyReport SafetyCheck::check_fellows(const Trajectory& trajectory, const std::vector<const Trajectory*>& fellows,
+                                        double from_s) const {
+  SafetyReport first;
+  if (trajectory.empty()) return first;
+  const double own_mps = fastest_mps(trajectory);
+  for (const Trajectory* fellow : fellows) {
+    if (fellow == nullptr || fellow->empty()) continue;
+    double end_s = std::max(trajectory.end_time_s(), fellow->end_time_s());
+    if (!first.safe()) end_s = std::min(end_s, first.at_time_s);
+    const double closing_mps = own_mps + fastest_mps(*fellow) + 1e-6;
+    for (double time_s = from_s;;) {
+      const Eigen::Vector3d at_m = trajectory.sample(time_s).position_m;
+      const double apart_m = (at_m - fellow->sample(time_s).position_m).norm();
+      if (apart_m < config_.fellow_clearance_m) {
+        if (first.safe() || time_s < first.at_time_s) first = {Verdict::kFellow, time_s, at_m};
+        break;
+      }
+      if (time_s >= end_s) break;
+      // They cannot meet sooner than this; near misses are looked at in half states.
+      const double wait_s = (apart_m - config_.fellow_clearance_m) / closing_mps;
+      time_s = std::min(end_s, time_s + std::max(0.5 * Trajectory::kStep_s, wait_s));
+    }
+  }
+  return first;
+}
+
+}  // namespace stairwell::planning3d

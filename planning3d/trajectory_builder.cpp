@@ -1,0 +1,357 @@
+#include "planning3d/trajectory_builder.hpp"
+
+#include "core/units.hpp"
+#include "planning3d/curve.hpp"
+#include "planning3d/speed_profile.hpp"
+#include "planning3d/yaw_turn.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kYawShare = 0.98;
+constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a step or two) before it sets off
+constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner
+constexpr double kHeadingSpeed_mps = 0.1;  // horizontal; slower flight gives no heading to look along
+constexpr int kMaxTightenings = 24;
+constexpr LimitShares kCautious{};
+constexpr LimitShares kFirm{0.995, 0.99, 0.97};  // when the motion under way leaves no choice
+
+using Path = std::vector<Eigen::Vector3d>;
+
+/// A motion without yaw.
+struct Ride {
+  std::vector<MotionState> states;
+};
+
+/// The rest of a path as seen from a point near it: from the nearest place on it plus `ahead_m`, to the end.
+Path rest_of_path(const Path& path_m, const Eigen::Vector3d& from_m, double search_m, double ahead_m) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  double nearest_arc_m = 0.0;
+  double arc_m = 0.0;
+  for (std::size_t i = 0; i + 1 < path_m.size() && arc_m <= search_m; ++i) {
+    const Eigen::Vector3d leg_m = path_m[i + 1] - path_m[i];
+    const double u = std::clamp((from_m - path_m[i]).dot(leg_m) / leg_m.squaredNorm(), 0.0, 1.0);
+    const double away_m = (path_m[i] + u * leg_m - from_m).norm();
+    if (away_m < nearest_m - 1e-9) {
+      nearest_m = away_m;
+      nearest_arc_m = arc_m + u * leg_m.norm();
+    }
+    arc_m += leg_m.norm();
+  }
+  const double wanted_m = nearest_arc_m + ahead_m;
+  Path rest_m;
+  arc_m = 0.0;
+  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) {
+    const Eigen::Vector3d leg_m = path_m[i + 1] - path_m[i];
+    const double end_m = arc_m + leg_m.norm();
+    if (rest_m.empty() && end_m > wanted_m) rest_m.push_back(path_m[i] + (wanted_m - arc_m) / leg_m.norm() * leg_m);
+    if (!rest_m.empty()) rest_m.push_back(path_m[i + 1]);
+    arc_m = end_m;
+  }
+  if (rest_m.empty()) rest_m.push_back(path_m.back());
+  return rest_m;
+}
+
+/// The polyline rounded as widely as the space allows; nullopt where even tight corners do not fit.
+std::optional<Curve> free_curve(const FreeSpace& space, const SafetyCheck& check, const Path& corners_m,
+                                const Curve& lead_in) {
+  const Path polyline_m = without_repeats(corners_m);
+  if (polyline_m.size() < 2) return std::nullopt;
+  RoundedPath rounded(polyline_m, kMaxReach_m);
+  for (int attempt = 0; attempt < kMaxTightenings; ++attempt) {
+    Curve curve = lead_in;
+    curve.append(rounded.curve());
+    const SafetyReport report = check.check_path(space, curve.point_m);
+    if (report.safe()) return curve;
+    if (!rounded.tighten_near(report.at_m)) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::optional<Ride> ride_along(const Curve& curve, const MotionLimits& limits, const MotionState& start) {
+  const double start_mps = start.velocity_mps.norm();
+  auto speeds = squared_speeds(curve, limits, start_mps, kCautious);
+  if (!speeds && start_mps > 0.0) speeds = squared_speeds(curve, limits, start_mps, kFirm);
+  if (!speeds) return std::nullopt;
+  Ride ride{timed_states(curve, *speeds)};
+  ride.states.front().position_m = start.position_m;
+  ride.states.front().velocity_mps = start.velocity_mps;
+  return ride;
+}
+
+/// Lookaheads at which a motion from rest beside the path is led on to it, best first.
+std::vector<Path> ways_from_rest(const Path& path_m, const Eigen::Vector3d& from_m) {
+  std::vector<Path> ways;
+  for (const double ahead_m : {0.0, 0.3, 0.8}) {
+    Path way_m = rest_of_path(path_m, from_m, 2.0, ahead_m);
+    way_m.insert(way_m.begin(), from_m);
+    ways.push_back(std::move(way_m));
+    if (ahead_m == 0.0 && (ways.front()[1] - from_m).norm() < 0.02) break;  // on the path
+  }
+  std::reverse(ways.begin(), ways.end());
+  return ways;
+}
+
+void join_at_rest(Ride& ride, const Ride& next) {
+  if (!ride.states.empty()) ride.states.pop_back();
+  ride.states.insert(ride.states.end(), next.states.begin(), next.states.end());
+}
+
+/// Straight legs with a stop at every corner: fits wherever the path itself does.
+std::optional<Ride> stop_and_go(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                                const Path& way_m) {
+  Ride whole;
+  const Path corners_m = without_repeats(way_m);
+  for (std::size_t i = 0; i + 1 < corners_m.size(); ++i) {
+    const auto curve = free_curve(space, check, {corners_m[i], corners_m[i + 1]}, {});
+    if (!curve) return std::nullopt;
+    MotionState start;
+    start.position_m = corners_m[i];
+    const auto leg = ride_along(*curve, limits, start);
+    if (!leg) return std::nullopt;
+    join_at_rest(whole, *leg);
+  }
+  if (whole.states.empty()) return std::nullopt;
+  return whole;
+}
+
+std::optional<Ride> ride_from_rest(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                                   const Path& path_m, const Eigen::Vector3d& from_m) {
+  if ((path_m.back() - from_m).norm() < 1e-3 && path_m.size() <= 2) {
+    MotionState stay;
+    stay.position_m = from_m;
+    return Ride{{stay}};
+  }
+  const std::vector<Path> ways = ways_from_rest(path_m, from_m);
+  MotionState start;
+  start.position_m = from_m;
+  std::optional<Ride> best;
+  for (const Path& way_m : ways) {
+    const auto curve = free_curve(space, check, way_m, {});
+    if (!curve) continue;
+    auto ride = ride_along(*curve, limits, start);
+    if (ride && (!best || ride->states.size() < best->states.size())) best = std::move(ride);
+  }
+  for (auto way = ways.rbegin(); !best && way != ways.rend(); ++way) best = stop_and_go(space, check, limits, *way);
+  return best;
+}
+
+/// Candidates that keep moving: the old curve for a while, on along its tangent, then over to the path.
+std::vector<Ride> moving_rides(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                               const Path& path_m, const MotionState& start, const FlownCurve& flown,
+                               double stopping_m) {
+  std::vector<Ride> rides;
+  for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    const Curve lead_in = cut(flown.curve, std::max(1e-9, part * stopping_m));
+    const Eigen::Vector3d from_m = lead_in.point_m.back();
+    const Eigen::Vector3d along = lead_in.tangent.back();
+    for (const double reach : {0.5, 1.5}) {
+      const double ahead_m = 0.2 + reach * stopping_m;
+      Path way_m = rest_of_path(path_m, from_m, stopping_m + 2.0, 2.0 * ahead_m);
+      const double straight_m = std::min(0.6 * ahead_m, 0.5 * (way_m.front() - from_m).norm());
+      if (straight_m < 0.02) continue;
+      way_m.insert(way_m.begin(), {from_m, from_m + straight_m * along});
+      const auto curve = free_curve(space, check, way_m, lead_in);
+      if (!curve) continue;
+      if (auto ride = ride_along(*curve, limits, start)) rides.push_back(std::move(*ride));
+    }
+  }
+  return rides;
+}
+
+/// Fills in yaw from a given yaw and rate.
+class YawRider {
+ public:
+  YawRider(const MotionLimits& limits, double yaw_rad, double rate_radps)
+      : rate_(std::max(kYawShare * limits.yaw_rate_radps, std::abs(rate_radps))),
+        acceleration_(kYawShare * limits.yaw_acceleration_radps2),
+        yaw_rad_(yaw_rad),
+        rate_radps_(rate_radps) {}
+
+  /// Turns straight to the goal yaw; waits at the end if that takes longer.
+  void turn(Ride& ride, double goal_yaw_rad) const { finish_from(ride, 0, yaw_rad_, rate_radps_, goal_yaw_rad); }
+
+  /// Faces the direction of flight, and turns to the goal yaw so that both finish together where possible.
+  void look_along(Ride& ride, double goal_yaw_rad) const {
+    std::vector<YawTurn::State> tracked{{yaw_rad_, rate_radps_}};
+    double heading_rad = yaw_rad_;
+    for (std::size_t i = 0; i + 1 < ride.states.size(); ++i) {
+      const Eigen::Vector3d& v = ride.states[i].velocity_mps;
+      if (std::hypot(v.x(), v.y()) > kHeadingSpeed_mps) heading_rad = std::atan2(v.y(), v.x());
+      const YawTurn::State now = tracked.back();
+      const auto turn = YawTurn::to_heading(now.rate_radps, heading_rad - now.turned_rad, rate_, acceleration_);
+      const YawTurn::State next = turn.at(Trajectory::kStep_s);
+      tracked.push_back({now.turned_rad + next.turned_rad, next.rate_radps});
+    }
+    std::size_t last = ride.states.size() - 1;
+    for (; last > 0; --last) {
+      const double left_s = Trajectory::kStep_s * static_cast<double>(ride.states.size() - 1 - last);
+      if (turn_from(tracked[last], goal_yaw_rad).duration_s() <= left_s) break;
+    }
+    for (std::size_t i = 0; i < last; ++i) set(ride.states[i], tracked[i]);
+    finish_from(ride, last, tracked[last].turned_rad, tracked[last].rate_radps, goal_yaw_rad);
+  }
+
+ private:
+  static void set(MotionState& state, const YawTurn::State& yaw) {
+    state.yaw_rad = wrap_angle(yaw.turned_rad);
+    state.yaw_rate_radps = yaw.rate_radps;
+  }
+
+  YawTurn turn_from(const YawTurn::State& from, double goal_yaw_rad) const {
+    return YawTurn::to_heading(from.rate_radps, goal_yaw_rad - from.turned_rad, rate_, acceleration_);
+  }
+
+  void finish_from(Ride& ride, std::size_t first, double yaw_rad, double rate_radps, double goal_yaw_rad) const {
+    const YawTurn turn = turn_from({yaw_rad, rate_radps}, goal_yaw_rad);
+    const auto steps = static_cast<std::size_t>(std::ceil(turn.duration_s() / Trajectory::kStep_s - 1e-9));
+    while (ride.states.size() < first + steps + 1) {
+      MotionState wait;
+      wait.position_m = ride.states.back().position_m;
+      ride.states.push_back(wait);
+    }
+    for (std::size_t i = first; i < ride.states.size(); ++i) {
+      const YawTurn::State yaw = turn.at(Trajectory::kStep_s * static_cast<double>(i - first));
+      set(ride.states[i], {yaw_rad + yaw.turned_rad, yaw.rate_radps});
+    }
+    ride.states.back().yaw_rad = wrap_angle(goal_yaw_rad);
+    ride.states.back().yaw_rate_radps = 0.0;
+  }
+
+  double rate_;
+  double acceleration_;
+  double yaw_rad_;
+  double rate_radps_;
+};
+
+bool usable(const TrajectoryRequest& request) {
+  if (request.previous == nullptr || request.previous->empty() || request.path_m.empty()) return false;
+  if (!std::isfinite(request.depart_s) || !std::isfinite(request.goal_yaw_rad)) return false;
+  return std::all_of(request.path_m.begin(), request.path_m.end(),
+                     [](const Eigen::Vector3d& p) { return p.array().isFinite().all(); });
+}
+
+/// Brakes on the curve being flown; a single state at rest when it is not moving.
+Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits& limits) {
+  const MotionState start = flying.sample(depart_s);
+  const FlownCurve stop = hardest_stop(flown_curve(flying, depart_s), limits, kFirm);
+  if (stop.curve.size() < 2) {
+    MotionState rest;
+    rest.position_m = start.position_m;
+    return start.velocity_mps.isZero(0.0) ? Ride{{rest}} : Ride{{start, rest}};
+  }
+  Ride ride{timed_states(stop.curve, stop.squared_speed)};
+  ride.states.front().position_m = start.position_m;
+  ride.states.front().velocity_mps = start.velocity_mps;
+  return ride;
+}
+
+}  // namespace
+
+std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const TrajectoryRequest& request) const {
+  if (!usable(request)) return std::nullopt;
+  const MotionState start = request.previous->sample(request.depart_s);
+  Path path_m = without_repeats(request.path_m);
+  if (path_m.size() == 1) path_m.insert(path_m.begin(), start.position_m);
+  path_m = without_repeats(path_m);
+
+  std::vector<Ride> rides;
+  if (start.velocity_mps.norm() > kSlow_mps) {
+    const FlownCurve flown = flown_curve(*request.previous, request.depart_s);
+    const FlownCurve stop = hardest_stop(flown, limits_, kFirm);
+    if (stop.curve.size() > 1) {
+      rides = moving_rides(space, check_, limits_, path_m, start, flown, stop.curve.length_m());
+    }
+  }
+  Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
+  if (const auto next = ride_from_rest(space, check_, limits_, path_m, braked.states.back().position_m)) {
+    join_at_rest(braked, *next);
+    rides.push_back(std::move(braked));
+  }
+
+  const YawRider yaw(limits_, start.yaw_rad, start.yaw_rate_radps);
+  for (Ride& ride : rides) {
+    if (ride.states.size() > 1) ride.states.back().position_m = path_m.back();
+    if (request.look_along_path) {
+      yaw.look_along(ride, request.goal_yaw_rad);
+    } else {
+      yaw.turn(ride, request.goal_yaw_rad);
+    }
+  }
+  std::stable_sort(rides.begin(), rides.end(),
+                   [](const Ride& a, const Ride& b) { return a.states.size() < b.states.size(); });
+  for (Ride& ride : rides) {
+    Trajectory trajectory(request.depart_s, std::move(ride.states));
+    if (!check_.check_limits(trajectory, limits_, request.depart_s).safe()) continue;
+    if (!check_.check_space(space, trajectory, request.depart_s).safe()) continue;
+    return trajectory;
+  }
+  return std::nullopt;
+}
+
+Trajectory TrajectoryBuilder::brake(const Trajectory& flying, double depart_s) const {
+  const MotionState start = flying.sample(depart_s);
+  Ride ride = braking_ride(flying, depart_s, limits_);
+  const YawTurn stop =
+      YawTurn::stop(start.yaw_rate_radps, limits_.yaw_rate_radps, kYawShare * limits_.yaw_acceleration_radps2);
+  YawRider(limits_, start.yaw_rad, start.yaw_rate_radps)
+      .turn(ride, start.yaw_rad + stop.at(stop.duration_s()).turned_rad);
+  return {depart_s, std::move(ride.states)};
+}
+
+Trajectory TrajectoryBuilder::rotate(double depart_s, const Eigen::Vector3d& position_m, double yaw_rad,
+                                     double turn_rad, double rate_radps) const {
+  const YawTurn turn(0.0, turn_rad, kYawShare * std::min(std::abs(rate_radps), limits_.yaw_rate_radps),
+                     kYawShare * limits_.yaw_acceleration_radps2);
+  const auto steps = static_cast<std::size_t>(std::ceil(turn.duration_s() / Trajectory::kStep_s - 1e-9));
+  std::vector<MotionState> states(steps + 1);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const YawTurn::State yaw = turn.at(Trajectory::kStep_s * static_cast<double>(i));
+    states[i].position_m = position_m;
+    states[i].yaw_rad = wrap_angle(yaw_rad + yaw.turned_rad);
+    states[i].yaw_rate_radps = yaw.rate_radps;
+  }
+  return {depart_s, std::move(states)};
+}
+
+Trajectory TrajectoryBuilder::step_along(double depart_s, double yaw_rad, const std::vector<Eigen::Vector3d>& path_m,
+                                         double goal_yaw_rad, double delta_m, double period_s) {
+  const Path way_m = without_repeats(path_m);
+  double length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < way_m.size(); ++i) length_m += (way_m[i + 1] - way_m[i]).norm();
+  const double speed_mps = delta_m / period_s;
+  const double duration_s = std::max(length_m / speed_mps, period_s);
+  const double turn_rad = wrap_angle(goal_yaw_rad - yaw_rad);
+  const auto steps = static_cast<std::size_t>(std::ceil(duration_s / Trajectory::kStep_s - 1e-9));
+  std::vector<MotionState> states(steps + 1);
+  std::size_t leg = 0;
+  double leg_start_m = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const double time_s = Trajectory::kStep_s * static_cast<double>(i);
+    const double arc_m = std::min(length_m, speed_mps * time_s);
+    while (leg + 2 < way_m.size() && arc_m > leg_start_m + (way_m[leg + 1] - way_m[leg]).norm()) {
+      leg_start_m += (way_m[leg + 1] - way_m[leg]).norm();
+      ++leg;
+    }
+    states[i].position_m = way_m.empty() ? Eigen::Vector3d::Zero().eval() : way_m[leg];
+    if (way_m.size() > 1) {
+      const Eigen::Vector3d along = (way_m[leg + 1] - way_m[leg]).normalized();
+      states[i].position_m += (arc_m - leg_start_m) * along;
+      if (arc_m < length_m) states[i].velocity_mps = speed_mps * along;
+    }
+    states[i].yaw_rad = wrap_angle(yaw_rad + std::min(1.0, time_s / duration_s) * turn_rad);
+    if (i + 1 < states.size()) states[i].yaw_rate_radps = turn_rad / duration_s;
+  }
+  if (!way_m.empty()) states.back().position_m = way_m.back();
+  states.back().velocity_mps.setZero();
+  states.back().yaw_rad = wrap_angle(goal_yaw_rad);
+  return {depart_s, std::move(states)};
+}
+
+}  // namespace stairwell::planning3d
