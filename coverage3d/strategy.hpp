@@ -28,8 +28,8 @@ struct UavView {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< where the next plan departs from
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
-  bool wants_goal = false;       ///< false: keeps what it has; still counts when work is shared out
-  std::optional<Goal> goal;      ///< present goal
+  bool wants_goal = false;   ///< false: keeps what it has; still counts when work is shared out
+  std::optional<Goal> goal;  ///< present goal
 };
 
 struct AssignmentRequest {
@@ -66,11 +66,11 @@ struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;
   Robot robot;
-  Aabb box;                          ///< task box: only frontiers inside count
-  std::vector<double> layers_m;      ///< given layers; empty = automatic
-  bool slice = false;                ///< viewpoints only at layer heights
-  double blacklist_radius_m = 0.6;   ///< SPEC B4
-  double blacklist_time_s = 60.0;    ///< expiry
+  Aabb box;                         ///< task box: only frontiers inside count
+  std::vector<double> layers_m;     ///< given layers; empty = automatic
+  bool slice = false;               ///< viewpoints only at layer heights
+  double blacklist_radius_m = 0.6;  ///< SPEC B4
+  double blacklist_time_s = 60.0;   ///< expiry
   std::uint64_t seed = 1;
 };
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "coverage3d/frontier_finder.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace stairwell::coverage3d {
+
+/// Places and targets that failed and are left alone for a while (SPEC B4). Every further failure of the same target
+/// doubles its time.
+class Blacklist {
+ public:
+  struct Entry {
+    Eigen::Vector3d position_m;
+    Eigen::Vector3d target_m;
+    double until_s = 0.0;
+    double last_s = 0.0;
+    int failures = 0;
+  };
+  Blacklist(double radius_m, double time_s) : radius_m_(radius_m), time_s_(time_s) {}
+
+  void report(const Eigen::Vector3d& position_m, const Eigen::Vector3d& target_m, double time_s);
+  /// Whether a goal at this place is to be avoided.
+  bool blocks_place(const Eigen::Vector3d& position_m, double time_s) const;
+  /// Whether the cluster is to be left alone: a small one after one failure, a large one after a second.
+  bool blocks_target(const FrontierCluster& cluster, double time_s) const;
+
+  const std::vector<Entry>& entries() const { return entries_; }
+  nlohmann::json to_json() const;
+  /// @throws nlohmann::json::exception when the text is damaged
+  void from_json(const nlohmann::json& json);
+
+ private:
+  double radius_m_;
+  double time_s_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace stairwell::coverage3d

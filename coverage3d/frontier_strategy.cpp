@@ -1,0 +1,375 @@
+#include "coverage3d/frontier_strategy.hpp"
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "coverage3d/json_vector.hpp"
+#include "coverage3d/tour.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr std::size_t kStopsPerUav = 12;
+constexpr std::size_t kMostStops = 36;
+constexpr int kNewFields = 5;
+constexpr std::size_t kGivenKept = 64;
+constexpr double kUseful = 0.25;         // a goal is dropped when less of its cells is left
+constexpr double kPartialView_s = 3.0;   // price of leaving a cluster unseen, for a whole cluster
+constexpr double kStorey_m = 1.8;        // a climb of more than this is a change of storey ...
+constexpr double kStoreyChange_s = 2.0;  // ... which is put off while there is work near
+constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
+constexpr int kStateVersion = 1;
+
+ViewpointConfig viewpoint_config(const CoverageConfig& config) {
+  ViewpointConfig views;
+  views.sensor = config.sensor;
+  views.nearest_m = std::max(0.4, config.sensor.min_range_m);
+  views.seed = config.seed;
+  return views;
+}
+
+bool belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m) {
+  return cluster.bounds_m.inflated(kSamePlace_m).contains(target_m);
+}
+
+}  // namespace
+
+FrontierStrategy::FrontierStrategy(const CoverageConfig& config, bool views_at_layers)
+    : config_(config),
+      views_at_layers_(views_at_layers),
+      book_(viewpoint_config(config)),
+      blacklist_(config.blacklist_radius_m, config.blacklist_time_s) {}
+
+const LayerFinder& FrontierStrategy::layer_finder() const { return *layers_; }
+
+planning3d::MotionRule FrontierStrategy::motion_rule() const {
+  if (!config_.slice) return planning3d::MotionRule::volume();
+  if (!config_.layers_m.empty()) return planning3d::MotionRule::slice(config_.layers_m);
+  if (layers_) return planning3d::MotionRule::slice(layers_->layers_m());
+  std::vector<double> layers_m;
+  LayerConfig defaults;
+  for (double z = config_.box.min_m.z() + defaults.above_floor_m; z < config_.box.max_m.z(); z += defaults.spacing_m)
+    layers_m.push_back(z);
+  if (layers_m.empty()) layers_m.push_back(config_.box.center_m().z());
+  return planning3d::MotionRule::slice(std::move(layers_m));
+}
+
+void FrontierStrategy::refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request) {
+  if (!finder_ || finder_->voxel_count() == 0 || !start_height_m_) {
+    if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
+  }
+  if (!finder_) {
+    FrontierConfig frontiers;
+    frontiers.box = config_.box;
+    finder_.emplace(space.grid(), frontiers);
+    LayerConfig layers;
+    layers.box = config_.box.intersection(space.flight_box());
+    layers_.emplace(space.grid(), layers);
+    if (start_height_m_) layers_->set_start_height(*start_height_m_);
+  }
+  finder_->update(space.map());
+  if (!views_at_layers_ || !config_.layers_m.empty()) return;
+  if (layers_->update(space.map(), finder_->changed_blocks())) book_.forget();
+}
+
+FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& request) const {
+  Crew crew;
+  for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+    const UavView& uav = request.uavs[i];
+    crew.uavs.push_back(i);
+    if (uav.wants_goal || !uav.goal) {
+      crew.start_m.push_back(uav.position_m);
+      crew.velocity_mps.push_back(uav.velocity_mps);
+      crew.yaw_rad.push_back(uav.yaw_rad);
+      crew.ready_s.push_back(0.0);
+      continue;
+    }
+    const double way_m = std::max(uav.goal->travel_m * 0.5, (uav.goal->position_m - uav.position_m).norm());
+    crew.start_m.push_back(uav.goal->position_m);
+    crew.velocity_mps.emplace_back(Eigen::Vector3d::Zero());
+    crew.yaw_rad.push_back(uav.goal->yaw_rad);
+    crew.ready_s.push_back(way_m / config_.limits.speed_mps);
+  }
+  return crew;
+}
+
+void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const Crew& crew) {
+  costs_.resize(crew.uavs.size());
+  const planning3d::MotionRule rule = motion_rule();
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) costs_[k].compute(space, crew.start_m[k], rule);
+}
+
+bool FrontierStrategy::reachable(const VoxelIndex& v) const {
+  return std::any_of(costs_.begin(), costs_.end(),
+                     [&](const planning3d::TravelCosts& costs) { return std::isfinite(costs.distance_m(v)); });
+}
+
+ViewpointPlaces FrontierStrategy::places(const AssignmentRequest& request) const {
+  ViewpointPlaces places;
+  places.reachable = [this](const VoxelIndex& v) { return reachable(v); };
+  if (views_at_layers_) places.layers_m = config_.layers_m.empty() ? layers_->layers_m() : config_.layers_m;
+  for (const UavView& uav : request.uavs) places.also_m.push_back(uav.position_m);
+  return places;
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, std::size_t& closed) const {
+  std::vector<Stop> stops;
+  closed = 0;
+  for (const auto& [id, target] : book_.targets()) {
+    const FrontierCluster& cluster = finder_->clusters().at(id);
+    const bool visible = std::any_of(target.views.begin(), target.views.end(), [&](const Viewpoint& view) {
+      return !blacklist_.blocks_place(view.position_m, time_s);
+    });
+    if (!visible || blacklist_.blocks_target(cluster, time_s)) {
+      ++closed;
+      continue;
+    }
+    stops.push_back({&cluster, &target.views, 0});
+    Stop& stop = stops.back();
+    while (blacklist_.blocks_place(stop.pose().position_m, time_s)) ++stop.view;
+  }
+  return stops;
+}
+
+double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps,
+                               double yaw_rad, const Viewpoint& to) const {
+  const MotionLimits& limits = config_.limits;
+  const Eigen::Vector3d offset_m = to.position_m - from_m;
+  const double straight_m = offset_m.norm();
+  double move_s = way_m / limits.speed_mps;
+  if (straight_m > 1e-6) {  // changing to full speed in the new direction
+    const Eigen::Vector3d wanted_mps = offset_m * (limits.speed_mps / straight_m);
+    move_s += 0.5 * (wanted_mps - velocity_mps).norm() / limits.acceleration_mps2;
+  }
+  if (std::abs(offset_m.z()) > kStorey_m) move_s += kStoreyChange_s;
+  const double turn_s =
+      config_.sensor.panoramic() ? 0.0 : std::abs(wrap_angle(to.yaw_rad - yaw_rad)) / limits.yaw_rate_radps;
+  return std::max(move_s, turn_s);
+}
+
+double FrontierStrategy::start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const {
+  const auto way_m = static_cast<double>(costs_[vehicle].distance_m(to.voxel));
+  if (!std::isfinite(way_m)) return std::numeric_limits<double>::infinity();
+  const double straight_m = (to.position_m - crew.start_m[vehicle]).norm();
+  return leg_s(std::max(way_m, straight_m), crew.start_m[vehicle], crew.velocity_mps[vehicle], crew.yaw_rad[vehicle],
+               to) +
+         reluctance_s(crew.uavs[vehicle], to);
+}
+
+double FrontierStrategy::between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to) {
+  const double way_m = travel_.distance_m(space, from.position_m, to.position_m);
+  return leg_s(way_m, from.position_m, Eigen::Vector3d::Zero(), from.yaw_rad, to);
+}
+
+void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) const {
+  for (Stop& stop : stops) {
+    double best_s = std::numeric_limits<double>::infinity();
+    for (std::size_t i = stop.view; i < stop.views->size(); ++i) {
+      const Viewpoint& view = (*stop.views)[i];
+      double soonest_s = std::numeric_limits<double>::infinity();
+      for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+        soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, view));
+      const double price_s = soonest_s + kPartialView_s * (1.0 - view.seen_fraction);
+      if (price_s >= best_s) continue;
+      best_s = price_s;
+      stop.view = i;
+    }
+  }
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
+                                                                    std::vector<Stop> stops) const {
+  // What a UAV under way will see is not for the others, unless nothing else is left.
+  std::vector<Stop> unclaimed;
+  for (const Stop& stop : stops) {
+    const bool claimed = std::any_of(request.uavs.begin(), request.uavs.end(), [&](const UavView& uav) {
+      return !uav.wants_goal && uav.goal && belongs(*stop.cluster, uav.goal->target_m);
+    });
+    if (!claimed) unclaimed.push_back(stop);
+  }
+  std::set<std::size_t> chosen;
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < unclaimed.size(); ++i) {
+      const double time_s = start_s(crew, k, unclaimed[i].pose());
+      if (std::isfinite(time_s)) order.emplace_back(time_s, i);
+    }
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < std::min(order.size(), kStopsPerUav) && chosen.size() < kMostStops; ++i)
+      chosen.insert(order[i].second);
+  }
+  std::vector<Stop> nearest;
+  for (const std::size_t i : chosen) nearest.push_back(unclaimed[i]);
+  return nearest;
+}
+
+std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
+                                                              const std::vector<Stop>& stops) {
+  TourProblem problem;
+  problem.ready_s = crew.ready_s;
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
+    problem.start_s.emplace_back();
+    for (const Stop& stop : stops) problem.start_s.back().push_back(start_s(crew, k, stop.pose()));
+  }
+  travel_.begin(space, motion_rule(), kNewFields);
+  problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
+  for (std::size_t i = 0; i < stops.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      problem.between_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
+      problem.between_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
+    }
+  return plan_tours(problem);
+}
+
+Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle,
+                                const Stop& stop, const Stop* next) {
+  std::size_t best = stop.view;
+  double best_s = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < stop.views->size(); ++i) {
+    const Viewpoint& view = (*stop.views)[i];
+    double price_s = start_s(crew, vehicle, view) + kPartialView_s * (1.0 - view.seen_fraction);
+    if (next != nullptr) price_s += between_s(space, view, next->pose());
+    if (i < stop.view || price_s >= best_s) continue;
+    best_s = price_s;
+    best = i;
+  }
+  const Viewpoint& view = (*stop.views)[best];
+  Goal goal;
+  goal.position_m = view.position_m;
+  goal.yaw_rad = view.yaw_rad;
+  goal.target_m = stop.cluster->center_m;
+  goal.gain_m3 = view.gain_m3 * static_cast<double>(stop.cluster->cells.size()) /
+                 static_cast<double>(std::max<std::size_t>(1, view.seen_cells.size())) * view.seen_fraction;
+  goal.travel_m = static_cast<double>(costs_[vehicle].distance_m(view.voxel));
+  remember(goal, view.seen_cells);
+  return goal;
+}
+
+void FrontierStrategy::remember(const Goal& goal, const std::vector<VoxelIndex>& cells) {
+  given_.push_back({goal.position_m, goal.target_m, cells});
+  if (given_.size() > kGivenKept) given_.pop_front();
+}
+
+void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
+                                 const std::vector<Stop>& stops, Assignment& assignment) {
+  const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops);
+  std::vector<bool> taken(stops.size(), false);
+  for (std::size_t k = 0; k < plan.size(); ++k) {
+    if (!request.uavs[crew.uavs[k]].wants_goal || plan[k].empty()) continue;
+    const Stop* const next = plan[k].size() > 1 ? &stops[plan[k][1]] : nullptr;
+    assignment.goals[crew.uavs[k]] = goal_for(space, crew, k, stops[plan[k][0]], next);
+    taken[plan[k][0]] = true;
+  }
+  for (std::size_t k = 0; k < plan.size(); ++k) {  // nobody waits while there is a stop that nobody flies to yet
+    const std::size_t uav = crew.uavs[k];
+    if (!request.uavs[uav].wants_goal || assignment.goals[uav]) continue;
+    std::size_t nearest = stops.size();
+    double nearest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+      const double time_s = taken[i] ? nearest_s : start_s(crew, k, stops[i].pose());
+      if (time_s >= nearest_s) continue;
+      nearest_s = time_s;
+      nearest = i;
+    }
+    if (nearest == stops.size()) continue;
+    assignment.goals[uav] = goal_for(space, crew, k, stops[nearest], nullptr);
+    taken[nearest] = true;
+  }
+}
+
+Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const AssignmentRequest& request) {
+  Assignment assignment;
+  assignment.goals.resize(request.uavs.size());
+  refresh(space, request);
+  if (request.uavs.empty()) return assignment;
+  const Crew crew = crew_of(request);
+  compute_costs(space, crew);
+  const ViewpointPlaces where = places(request);
+  std::size_t pending = book_.update(space, *finder_, where, {});
+  std::size_t closed = 0;
+  std::vector<Stop> stops = open_stops(request.time_s, closed);
+  while (stops.empty() && pending > 0) {  // before giving up, look at everything
+    pending = book_.update(space, *finder_, where, {});
+    stops = open_stops(request.time_s, closed);
+  }
+  assignment.open_targets = stops.size();
+  assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
+  assignment.open_targets += pending;
+  choose_poses(crew, stops);
+  prepare(request, stops);
+  share_out(space, request, crew, nearest_stops(request, crew, stops), assignment);
+  return assignment;
+}
+
+bool FrontierStrategy::still_useful(const planning3d::FreeSpace& space, const Goal& goal) {
+  FrontierConfig frontiers;
+  frontiers.box = config_.box;
+  if (!finder_) finder_.emplace(space.grid(), frontiers);
+  const auto given = std::find_if(given_.rbegin(), given_.rend(), [&](const GivenGoal& one) {
+    return (one.target_m - goal.target_m).norm() < 1e-3 && (one.position_m - goal.position_m).norm() < 1e-3;
+  });
+  const auto frontier = [&](const VoxelIndex& v) { return is_frontier(space.map(), finder_->box(), frontiers, v); };
+  if (given != given_.rend() && !given->cells.empty()) {
+    const auto left = std::count_if(given->cells.begin(), given->cells.end(), frontier);
+    return static_cast<double>(left) >= kUseful * static_cast<double>(given->cells.size());
+  }
+  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(0.5);
+  const VoxelIndex lo = space.grid().index_of(goal.target_m - reach_m);
+  const VoxelIndex hi = space.grid().index_of(goal.target_m + reach_m);
+  for (int z = lo.z; z <= hi.z; ++z)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int x = lo.x; x <= hi.x; ++x)
+        if (frontier({x, y, z})) return true;
+  return false;
+}
+
+void FrontierStrategy::report_failure(const Goal& goal, double time_s) {
+  blacklist_.report(goal.position_m, goal.target_m, time_s);
+}
+
+std::string FrontierStrategy::save_state() const {
+  nlohmann::json state = {{"strategy", std::string(name())},
+                          {"version", kStateVersion},
+                          {"blacklist", blacklist_.to_json()},
+                          {"start_height_m", nullptr}};
+  if (start_height_m_) state["start_height_m"] = *start_height_m_;
+  state["given"] = nlohmann::json::array();
+  for (const GivenGoal& given : given_) {
+    nlohmann::json cells = nlohmann::json::array();
+    for (const VoxelIndex& v : given.cells) cells.push_back({v.x, v.y, v.z});
+    state["given"].push_back({{"position_m", json_of(given.position_m)},
+                              {"target_m", json_of(given.target_m)},
+                              {"cells", std::move(cells)}});
+  }
+  return state.dump();
+}
+
+void FrontierStrategy::load_state(const std::string& state) try {
+  const nlohmann::json json = nlohmann::json::parse(state);
+  if (json.at("strategy").get<std::string>() != name())
+    throw InputError("saved state is of strategy '" + json.at("strategy").get<std::string>() + "', not '" +
+                     std::string(name()) + "'");
+  if (json.at("version").get<int>() != kStateVersion) throw InputError("saved coverage state has another version");
+  std::deque<GivenGoal> given;
+  for (const nlohmann::json& item : json.at("given")) {
+    given.push_back({vector_of(item.at("position_m")), vector_of(item.at("target_m")), {}});
+    for (const nlohmann::json& v : item.at("cells"))
+      given.back().cells.push_back({v.at(0).get<int>(), v.at(1).get<int>(), v.at(2).get<int>()});
+  }
+  std::optional<double> start_height_m;
+  if (!json.at("start_height_m").is_null()) start_height_m = json.at("start_height_m").get<double>();
+  Blacklist blacklist(config_.blacklist_radius_m, config_.blacklist_time_s);
+  blacklist.from_json(json.at("blacklist"));
+  blacklist_ = std::move(blacklist);
+  given_ = std::move(given);
+  start_height_m_ = start_height_m;
+} catch (const nlohmann::json::exception& error) {
+  throw InputError(std::string("saved coverage state is damaged: ") + error.what());
+}
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "coverage3d/blacklist.hpp"
+#include "coverage3d/frontier_finder.hpp"
+#include "coverage3d/layer_finder.hpp"
+#include "coverage3d/strategy.hpp"
+#include "coverage3d/target_book.hpp"
+#include "coverage3d/travel_book.hpp"
+#include "planning3d/travel_costs.hpp"
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stairwell::coverage3d {
+
+/// Goals at viewpoints of frontier clusters; the work is shared out by planning open tours of all UAVs over the
+/// clusters and sending each to the first stop of its tour.
+class FrontierStrategy : public CoverageStrategy {
+ public:
+  explicit FrontierStrategy(const CoverageConfig& config) : FrontierStrategy(config, config.slice) {}
+
+  std::string_view name() const override { return "frontiers"; }
+  planning3d::MotionRule motion_rule() const override;
+  Assignment assign(const planning3d::FreeSpace& space, const AssignmentRequest& request) override;
+  bool still_useful(const planning3d::FreeSpace& space, const Goal& goal) override;
+  void report_failure(const Goal& goal, double time_s) override;
+  std::string save_state() const override;
+  void load_state(const std::string& state) override;
+
+ protected:
+  /// A cluster that can be visited now, with the pose that stands for it in the tours.
+  struct Stop {
+    const FrontierCluster* cluster = nullptr;
+    const std::vector<Viewpoint>* views = nullptr;
+    std::size_t view = 0;
+    const Viewpoint& pose() const { return (*views)[view]; }
+  };
+  struct Crew {
+    std::vector<std::size_t> uavs;         ///< index of each vehicle in the request
+    std::vector<Eigen::Vector3d> start_m;  ///< where its next free leg begins
+    std::vector<Eigen::Vector3d> velocity_mps;
+    std::vector<double> yaw_rad;
+    std::vector<double> ready_s;
+  };
+
+  FrontierStrategy(const CoverageConfig& config, bool views_at_layers);
+  /// Called once per assignment with all stops, before they are shared out.
+  virtual void prepare(const AssignmentRequest&, const std::vector<Stop>&) {}
+  /// Seconds that a UAV would rather spend than take this view (layers: views outside its own layer).
+  virtual double reluctance_s(std::size_t /*uav*/, const Viewpoint&) const { return 0.0; }
+
+  const CoverageConfig& config() const { return config_; }
+  const LayerFinder& layer_finder() const;
+
+ private:
+  struct GivenGoal {
+    Eigen::Vector3d position_m;
+    Eigen::Vector3d target_m;
+    std::vector<VoxelIndex> cells;
+  };
+
+  void refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request);
+  Crew crew_of(const AssignmentRequest& request) const;
+  void compute_costs(const planning3d::FreeSpace& space, const Crew& crew);
+  bool reachable(const VoxelIndex& v) const;
+  ViewpointPlaces places(const AssignmentRequest& request) const;
+  std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
+  void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
+  std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew, std::vector<Stop> stops) const;
+  double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
+               const Viewpoint& to) const;
+  double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
+  double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
+  std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
+                                              const std::vector<Stop>& stops);
+  Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
+                const Stop* next);
+  void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
+                 const std::vector<Stop>& stops, Assignment& assignment);
+  void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
+
+  CoverageConfig config_;
+  bool views_at_layers_;
+  std::optional<FrontierFinder> finder_;
+  std::optional<LayerFinder> layers_;
+  TargetBook book_;
+  TravelBook travel_;
+  Blacklist blacklist_;
+  std::vector<planning3d::TravelCosts> costs_;
+  std::deque<GivenGoal> given_;
+  std::optional<double> start_height_m_;
+  std::size_t pending_ = 0;
+};
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "coverage3d/frontier_finder.hpp"
+#include "coverage3d/viewpoints.hpp"
+#include "planning3d/free_space.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+namespace stairwell::coverage3d {
+
+/// Viewpoints of every frontier cluster that is worth a visit, kept while the cluster and its surroundings stay as
+/// they are.
+class TargetBook {
+ public:
+  struct Target {
+    std::vector<Viewpoint> views;
+    bool fresh = false;     ///< the views are from after the last change nearby
+    bool searched = false;  ///< the thorough search has been tried since then, too
+  };
+  struct Budget {
+    int samples = 60;  ///< clusters looked at per update
+    int searches = 4;  ///< thorough searches per update
+  };
+
+  explicit TargetBook(const ViewpointConfig& config) : sampler_(config) {}
+
+  /// Drops what is gone, checks what is there, looks for viewpoints of what has none.
+  /// @returns clusters that are still to be looked at because the budget was used up
+  std::size_t update(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
+                     const Budget& budget);
+  void forget() { targets_.clear(); }
+
+  const std::map<std::uint32_t, Target>& targets() const { return targets_; }
+
+ private:
+  void mark_stale(const FrontierFinder& finder, const GridSpec& grid);
+
+  ViewpointSampler sampler_;
+  std::map<std::uint32_t, Target> targets_;
+};
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,82 @@
+#include "coverage3d/travel_book.hpp"
+
+#include "coverage3d/voxel_walk.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr double kFieldCell_m = 0.4;
+constexpr double kFieldReach_m = 15.0;
+constexpr double kAnchor_m = 1.2;  // viewpoints in one cell of this size share a field
+constexpr double kFieldBytes = 64.0e6;
+constexpr double kBytesPerCell = 12.0;
+constexpr std::uint64_t kRounds = 40;  // a field is computed again after so many rounds
+constexpr double kGuess = 1.6;         // detour factor where nothing better is known
+
+}  // namespace
+
+bool straight_way(const planning3d::FreeSpace& space, const planning3d::MotionRule& rule, const Eigen::Vector3d& a_m,
+                  const Eigen::Vector3d& b_m) {
+  if (rule.kind == planning3d::MotionRule::Kind::kSlice &&
+      std::abs(a_m.z() - b_m.z()) > 0.5 * space.grid().resolution_m())
+    return false;
+  return walk_voxels(space.grid(), a_m, b_m, [&](const VoxelIndex& v) { return space.traversable(v); });
+}
+
+TravelBook::Key TravelBook::key_of(const Eigen::Vector3d& position_m) {
+  Key key;
+  for (int axis = 0; axis < 3; ++axis)
+    key[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(position_m[axis] / kAnchor_m));
+  return key;
+}
+
+void TravelBook::begin(const planning3d::FreeSpace& space, const planning3d::MotionRule& rule, int new_fields) {
+  if (rule.kind != rule_.kind || rule.layers_m != rule_.layers_m) fields_.clear();
+  rule_ = rule;
+  ++round_;
+  new_fields_left_ = new_fields;
+  stride_ = std::max(1, static_cast<int>(std::lround(kFieldCell_m / space.grid().resolution_m())));
+  const double cells = static_cast<double>(space.grid().voxel_count()) / std::pow(stride_, 3);
+  most_fields_ = static_cast<std::size_t>(std::clamp(kFieldBytes / (cells * kBytesPerCell), 4.0, 48.0));
+  std::erase_if(fields_, [&](const auto& entry) { return round_ - entry.second.made > kRounds; });
+}
+
+const TravelBook::Field* TravelBook::field_near(const planning3d::FreeSpace& space, const Eigen::Vector3d& position_m,
+                                                bool may_compute) {
+  const Key key = key_of(position_m);
+  const auto found = fields_.find(key);
+  if (found != fields_.end()) return &found->second;
+  if (!may_compute || new_fields_left_ <= 0) return nullptr;
+  --new_fields_left_;
+  if (fields_.size() >= most_fields_)
+    fields_.erase(std::min_element(fields_.begin(), fields_.end(),
+                                   [](const auto& a, const auto& b) { return a.second.made < b.second.made; }));
+  Field field{planning3d::TravelCosts(stride_), position_m, round_};
+  field.costs.compute(space, position_m, rule_, kFieldReach_m);
+  return &fields_.emplace(key, std::move(field)).first->second;
+}
+
+double TravelBook::distance_m(const planning3d::FreeSpace& space, const Eigen::Vector3d& a_m,
+                              const Eigen::Vector3d& b_m) {
+  const double straight_m = (a_m - b_m).norm();
+  if (straight_way(space, rule_, a_m, b_m)) return straight_m;
+  const Field* field = field_near(space, a_m, false);
+  const Eigen::Vector3d* far_m = &b_m;
+  if (field == nullptr) {
+    field = field_near(space, b_m, false);
+    far_m = &a_m;
+  }
+  if (field == nullptr) {
+    field = field_near(space, a_m, straight_m < kFieldReach_m);
+    far_m = &b_m;
+  }
+  if (field == nullptr) return kGuess * straight_m + 1.0;
+  const double way_m = static_cast<double>(field->costs.distance_m(*far_m));
+  if (!std::isfinite(way_m)) return std::max(kGuess * straight_m, kFieldReach_m);
+  return std::max(way_m, straight_m);
+}
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,254 @@
+#include "coverage3d/viewpoints.hpp"
+
+#include "core/rng.hpp"
+#include "core/units.hpp"
+#include "coverage3d/voxel_walk.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr std::array<VoxelIndex, 6> kFaces{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+constexpr int kRoughCells = 8;
+constexpr std::size_t kJudged = 12;     // candidates that get the full count
+constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
+constexpr double kFieldFill = 0.9;      // part of the field of view that is relied on
+
+int distance_cells(const VoxelIndex& a, const VoxelIndex& b) {
+  return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
+}
+
+/// Centre of the window of `width_rad` that holds most of the azimuths; also the middle of what it holds.
+double best_window(std::vector<double> azimuths_rad, double width_rad) {
+  std::sort(azimuths_rad.begin(), azimuths_rad.end());
+  const std::size_t n = azimuths_rad.size();
+  for (std::size_t i = 0; i < n; ++i) azimuths_rad.push_back(azimuths_rad[i] + 2.0 * kPi);
+  std::size_t most = 0;
+  double center = 0.0;
+  std::size_t end = 0;
+  for (std::size_t begin = 0; begin < n; ++begin) {
+    end = std::max(end, begin);
+    while (end < begin + n && azimuths_rad[end] - azimuths_rad[begin] <= width_rad) ++end;
+    if (end - begin <= most) continue;
+    most = end - begin;
+    center = 0.5 * (azimuths_rad[begin] + azimuths_rad[end - 1]);
+  }
+  return wrap_angle(center);
+}
+
+bool within_elevation(const SensorModel& sensor, const Eigen::Vector3d& offset_m) {
+  const double elevation = std::atan2(offset_m.z(), std::hypot(offset_m.x(), offset_m.y()));
+  return elevation >= kFieldFill * sensor.elevation_lo_rad && elevation <= kFieldFill * sensor.elevation_hi_rad;
+}
+
+std::vector<VoxelIndex> heights_voxels(const GridSpec& grid, const std::vector<double>& heights_m) {
+  std::vector<VoxelIndex> found;
+  for (const double height_m : heights_m) found.push_back(grid.index_of(Eigen::Vector3d(0.0, 0.0, height_m)));
+  return found;
+}
+
+/// Slice mode: viewpoints at the layers; while an opening is looked through, well between them.
+bool height_allowed(const GridSpec& grid, const std::vector<VoxelIndex>& layers, bool between, const VoxelIndex& v) {
+  if (layers.empty()) return true;
+  int nearest = std::numeric_limits<int>::max();
+  for (const VoxelIndex& layer : layers) nearest = std::min(nearest, std::abs(layer.z - v.z));
+  return between ? nearest * grid.resolution_m() > 0.5 : nearest == 0;
+}
+
+}  // namespace
+
+std::vector<ViewpointSampler::Target> ViewpointSampler::targets(const planning3d::FreeSpace& space,
+                                                                const FrontierCluster& cluster) const {
+  std::vector<Target> found;
+  const std::size_t count = std::min(cluster.cells.size(), static_cast<std::size_t>(config_.max_cells));
+  for (std::size_t i = 0; i < count; ++i) {
+    const VoxelIndex cell = cluster.cells[i * cluster.cells.size() / count];
+    const auto face = std::find_if(kFaces.begin(), kFaces.end(), [&](const VoxelIndex& f) {
+      return space.grid().contains(cell + f) && space.map().at(cell + f) == Occupancy::kUnknown;
+    });
+    if (face == kFaces.end()) continue;
+    found.push_back({cell, cell + *face, space.grid().center_of(cell + *face)});
+  }
+  return found;
+}
+
+bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                            const Target& target) const {
+  bool seen = false;
+  walk_voxels(map.grid(), from_m, target.unknown_m, [&](const VoxelIndex& v) {
+    const Occupancy there = map.at(v);
+    if (there == Occupancy::kFree) return true;
+    seen = there == Occupancy::kUnknown && distance_cells(v, target.unknown) <= 1;
+    return false;
+  });
+  return seen;
+}
+
+double ViewpointSampler::unknown_depth_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                                         const Target& target) const {
+  const Eigen::Vector3d offset_m = target.unknown_m - from_m;
+  const double distance_m = offset_m.norm();
+  const double depth_m = std::min(config_.gain_depth_m, config_.sensor.max_range_m - distance_m);
+  if (depth_m <= 0.0) return map.grid().resolution_m();
+  int unknown = 0;
+  walk_voxels(map.grid(), target.unknown_m, target.unknown_m + offset_m * (depth_m / distance_m),
+              [&](const VoxelIndex& v) {
+                if (!map.grid().contains(v) || map.at(v) == Occupancy::kOccupied) return false;
+                unknown += map.at(v) == Occupancy::kUnknown;
+                return true;
+              });
+  return unknown * map.grid().resolution_m();
+}
+
+int ViewpointSampler::rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                                  const std::vector<Target>& targets) const {
+  const std::size_t count = std::min<std::size_t>(kRoughCells, targets.size());
+  int seen = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Target& target = targets[i * targets.size() / count];
+    const Eigen::Vector3d offset_m = target.unknown_m - from_m;
+    if (offset_m.norm() > 0.95 * config_.sensor.max_range_m || !within_elevation(config_.sensor, offset_m)) continue;
+    seen += sees(map, from_m, target);
+  }
+  return seen;
+}
+
+Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel,
+                                  const std::vector<Target>& targets) const {
+  Viewpoint view;
+  view.voxel = voxel;
+  view.position_m = map.grid().center_of(voxel);
+  std::vector<const Target*> visible;
+  std::vector<double> azimuths_rad;
+  for (const Target& target : targets) {
+    const Eigen::Vector3d offset_m = target.unknown_m - view.position_m;
+    const double distance_m = offset_m.norm();
+    if (distance_m > 0.95 * config_.sensor.max_range_m || distance_m < config_.sensor.min_range_m) continue;
+    if (!within_elevation(config_.sensor, offset_m) || !sees(map, view.position_m, target)) continue;
+    visible.push_back(&target);
+    azimuths_rad.push_back(std::atan2(offset_m.y(), offset_m.x()));
+  }
+  if (visible.empty()) return view;
+  view.yaw_rad = best_window(azimuths_rad, kFieldFill * std::min(config_.sensor.azimuth_fov_rad, 2.0 * kPi));
+  double depth_m = 0.0;
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
+    if (!config_.sensor.panoramic() && aside > 0.5 * config_.sensor.azimuth_fov_rad) continue;
+    view.seen_cells.push_back(visible[i]->cell);
+    depth_m += unknown_depth_m(map, view.position_m, *visible[i]);
+  }
+  const double face_m2 = map.grid().resolution_m() * map.grid().resolution_m();
+  view.seen_fraction = static_cast<double>(view.seen_cells.size()) / static_cast<double>(targets.size());
+  view.gain_m3 = depth_m * face_m2;
+  return view;
+}
+
+std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& space,
+                                                 const std::vector<VoxelIndex>& candidates,
+                                                 const std::vector<Target>& targets) const {
+  std::vector<std::pair<int, std::size_t>> ranked;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const int seen = rough_count(space.map(), space.grid().center_of(candidates[i]), targets);
+    if (seen > 0) ranked.emplace_back(-seen, i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  if (ranked.size() > kJudged) {  // among equals: spread over the candidates, which are ordered by distance
+    const auto equal_end = std::find_if(ranked.begin(), ranked.end(),
+                                        [&](const auto& entry) { return entry.first > ranked.front().first + 1; });
+    const auto good = static_cast<std::size_t>(equal_end - ranked.begin());
+    std::vector<std::pair<int, std::size_t>> spread;
+    const std::size_t pool = std::max(good, kJudged);
+    for (std::size_t i = 0; i < kJudged; ++i) spread.push_back(ranked[i * pool / kJudged]);
+    ranked = std::move(spread);
+  }
+  std::vector<Viewpoint> judged;
+  for (const auto& [rank, i] : ranked) {
+    Viewpoint view = judge(space.map(), candidates[i], targets);
+    if (!view.seen_cells.empty()) judged.push_back(std::move(view));
+  }
+  std::stable_sort(judged.begin(), judged.end(),
+                   [](const Viewpoint& a, const Viewpoint& b) { return a.seen_fraction > b.seen_fraction; });
+  std::vector<Viewpoint> kept;
+  for (Viewpoint& view : judged) {
+    if (kept.size() >= static_cast<std::size_t>(config_.keep)) break;
+    if (!kept.empty() && view.seen_fraction < 0.4 * kept.front().seen_fraction) break;
+    const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const Viewpoint& other) {
+      return (other.position_m - view.position_m).norm() < 0.5;
+    });
+    if (crowded) continue;
+    kept.push_back(std::move(view));
+  }
+  return kept;
+}
+
+std::vector<Viewpoint> ViewpointSampler::sample(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                                const ViewpointPlaces& places) const {
+  const std::vector<Target> aims = targets(space, cluster);
+  if (aims.empty()) return {};
+  const GridSpec& grid = space.grid();
+  const std::vector<VoxelIndex> layers = heights_voxels(grid, places.layers_m);
+  std::vector<double> heights_m;
+  if (layers.empty() || places.only_between_layers) {
+    for (const double up_m : {0.0, 0.8, -0.8, 1.6, -1.6}) heights_m.push_back(cluster.center_m.z() + up_m);
+  } else {
+    for (const double layer_m : places.layers_m)
+      if (std::abs(layer_m - cluster.center_m.z()) < config_.range_fraction * config_.sensor.max_range_m)
+        heights_m.push_back(layer_m);
+  }
+  std::vector<VoxelIndex> candidates;
+  const auto offer = [&](const VoxelIndex& v) {
+    if (grid.contains(v) && space.traversable(v) && height_allowed(grid, layers, places.only_between_layers, v) &&
+        places.reachable(v))
+      candidates.push_back(v);
+  };
+  const double farthest_m = config_.range_fraction * config_.sensor.max_range_m;
+  constexpr int kAzimuths = 12;
+  int ring = 0;
+  for (double radius_m = config_.nearest_m; radius_m <= farthest_m; radius_m *= 1.7, ++ring)
+    for (int i = 0; i < kAzimuths; ++i) {
+      const double azimuth = 2.0 * kPi * (i + 0.5 * (ring % 2)) / kAzimuths;
+      for (const double height_m : heights_m)
+        offer(grid.index_of({cluster.center_m.x() + radius_m * std::cos(azimuth),
+                             cluster.center_m.y() + radius_m * std::sin(azimuth), height_m}));
+    }
+  for (const Eigen::Vector3d& position_m : places.also_m)
+    if ((position_m - cluster.center_m).norm() < farthest_m) offer(grid.index_of(position_m));
+  return best_of(space, candidates, aims);
+}
+
+std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                                const ViewpointPlaces& places) const {
+  const std::vector<Target> aims = targets(space, cluster);
+  if (aims.empty()) return {};
+  const GridSpec& grid = space.grid();
+  const std::vector<VoxelIndex> layers = heights_voxels(grid, places.layers_m);
+  const double reach_m = config_.range_fraction * config_.sensor.max_range_m;
+  const int step = std::max(1, static_cast<int>(std::lround(0.2 / grid.resolution_m())));
+  const VoxelIndex lo = grid.index_of(cluster.bounds_m.min_m - Eigen::Vector3d::Constant(reach_m));
+  const VoxelIndex hi = grid.index_of(cluster.bounds_m.max_m + Eigen::Vector3d::Constant(reach_m));
+  std::vector<VoxelIndex> all;
+  const int z_step = layers.empty() ? step : 1;
+  for (int z = std::max(lo.z, 0); z <= std::min(hi.z, grid.size()[2] - 1); z += z_step) {
+    if (!height_allowed(grid, layers, places.only_between_layers, {0, 0, z})) continue;
+    for (int y = std::max(lo.y, 0); y <= std::min(hi.y, grid.size()[1] - 1); y += step)
+      for (int x = std::max(lo.x, 0); x <= std::min(hi.x, grid.size()[0] - 1); x += step)
+        if (space.traversable({x, y, z}) && places.reachable({x, y, z})) all.push_back({x, y, z});
+  }
+  if (all.size() > kSearched) {  // half of them the nearest, half from anywhere
+    std::stable_sort(all.begin(), all.end(), [&](const VoxelIndex& a, const VoxelIndex& b) {
+      return (grid.center_of(a) - cluster.center_m).squaredNorm() <
+             (grid.center_of(b) - cluster.center_m).squaredNorm();
+    });
+    Rng rng = make_rng(config_.seed + cluster.id, "viewpoint search");
+    for (std::size_t i = kSearched / 2; i < kSearched; ++i)
+      std::swap(all[i],
+                all[static_cast<std::size_t>(rng.uniform_int(static_cast<int>(i), static_cast<int>(all.size()) - 1))]);
+    all.resize(kSearched);
+  }
+  return best_of(space, all, aims);
+}
+
+}  // namespace stairwell::coverage3d

@@ -1,0 +1,77 @@
+#pragma once
+
+#include "core/scan.hpp"
+#include "coverage3d/frontier_finder.hpp"
+#include "planning3d/free_space.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace stairwell::coverage3d {
+
+/// A pose from which a part of a frontier cluster is seen.
+struct Viewpoint {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< centre of a traversable voxel
+  VoxelIndex voxel;
+  double yaw_rad = 0.0;
+  double seen_fraction = 0.0;          ///< of the cluster's cells
+  double gain_m3 = 0.0;                ///< unknown volume behind the seen cells, looked at most `gain_depth_m` deep
+  std::vector<VoxelIndex> seen_cells;  ///< a sample of the frontier cells seen
+};
+
+struct ViewpointConfig {
+  SensorModel sensor;
+  double nearest_m = 0.4;       ///< least horizontal distance between viewpoint and cluster centre
+  double range_fraction = 0.8;  ///< farthest: this times the sensor's range
+  double gain_depth_m = 2.0;
+  int max_cells = 60;  ///< cells looked at per cluster
+  int keep = 5;        ///< viewpoints returned
+  std::uint64_t seed = 1;
+};
+
+/// What is asked of a viewpoint's place beyond being traversable.
+struct ViewpointPlaces {
+  std::function<bool(const VoxelIndex&)> reachable;
+  std::vector<double> layers_m;         ///< slice mode: heights of the viewpoints; empty = any height
+  bool only_between_layers = false;     ///< slice mode: heights away from the layers (inside openings)
+  std::vector<Eigen::Vector3d> also_m;  ///< further candidates (where the UAVs are)
+};
+
+/// Candidate poses on circles around a cluster, judged by walking rays through the map: a cell counts when the first
+/// voxel on the ray that is not free is unknown and belongs to the cluster's border.
+class ViewpointSampler {
+ public:
+  explicit ViewpointSampler(const ViewpointConfig& config) : config_(config) {}
+
+  /// Best first; empty when none sees anything.
+  std::vector<Viewpoint> sample(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                const ViewpointPlaces& places) const;
+  /// The same, but candidates are all places near the cluster (a bounded, seeded sample of them). Slower; for
+  /// clusters that the circles do not serve.
+  std::vector<Viewpoint> search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                const ViewpointPlaces& places) const;
+
+  const ViewpointConfig& config() const { return config_; }
+
+ private:
+  struct Target {
+    VoxelIndex cell;
+    VoxelIndex unknown;
+    Eigen::Vector3d unknown_m;
+  };
+  std::vector<Target> targets(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
+  std::vector<Viewpoint> best_of(const planning3d::FreeSpace& space, const std::vector<VoxelIndex>& candidates,
+                                 const std::vector<Target>& targets) const;
+  bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target) const;
+  double unknown_depth_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target) const;
+  int rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                  const std::vector<Target>& targets) const;
+  Viewpoint judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel, const std::vector<Target>& targets) const;
+
+  ViewpointConfig config_;
+};
+
+}  // namespace stairwell::coverage3d
