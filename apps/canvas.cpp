@@ -38,7 +38,7 @@ Colour from_srgb(int r, int g, int b) { return {linear_of(r / 255.0), linear_of(
 
 Colour height_colour(double t) {
   static const std::array<Colour, 7> stops = {
-      from_srgb(52, 84, 148),   from_srgb(45, 119, 160),  from_srgb(52, 152, 155), from_srgb(92, 181, 137),
+      from_srgb(84, 116, 190),  from_srgb(66, 143, 184),  from_srgb(70, 167, 168), from_srgb(108, 191, 147),
       from_srgb(150, 203, 116), from_srgb(207, 218, 104), from_srgb(250, 226, 120)};
   const double at = std::clamp(t, 0.0, 1.0) * static_cast<double>(stops.size() - 1);
   const std::size_t below = std::min(stops.size() - 2, static_cast<std::size_t>(at));

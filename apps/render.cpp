@@ -20,13 +20,16 @@ namespace {
 constexpr double kAzimuth_rad = 0.68;  // a little off 45 degrees, so that no two walls fall on one line
 constexpr double kElevation_rad = 0.72;
 constexpr int kMargin = 28;  // pixels
-constexpr int kFooter = 44;  // pixels kept for scale bar and legend
+constexpr int kFooter = 58;  // pixels kept for scale bar and legend
 
 /// A storey and where it is put on the table.
 struct Tile {
   Storey storey;
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
 };
+
+using Place = std::array<int, 2>;
+using PlaceOf = std::function<Place(int)>;
 
 struct ScreenBox {
   Eigen::Vector2d lo = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
@@ -66,7 +69,7 @@ ScreenBox box_of(const VoxelScene& scene, const Projection& view, const std::vec
 
 /// Tiles at lattice places on the table; the place decides how the picture fills its frame.
 std::vector<Tile> place(const VoxelScene& scene, const std::vector<Storey>& storeys, bool flat,
-                        const std::function<std::array<int, 2>(int)>& place_of) {
+                        const PlaceOf& place_of) {
   std::vector<Tile> tiles;
   double tallest_m = 0.0;
   for (const Storey& storey : storeys)
@@ -87,14 +90,17 @@ std::vector<Tile> place(const VoxelScene& scene, const std::vector<Storey>& stor
 std::vector<Tile> arrange(const VoxelScene& scene, const std::vector<Storey>& storeys, const RenderOptions& options,
                           Projection& view) {
   const bool flat = options.view == RenderOptions::View::kTop;
-  std::vector<std::function<std::array<int, 2>(int)>> choices;
-  const int columns_most = flat ? static_cast<int>(storeys.size()) : 1;
+  std::vector<PlaceOf> choices;
+  const int columns_most = flat ? static_cast<int>(storeys.size()) : 0;
   for (int columns = 1; columns <= columns_most; ++columns)
-    choices.emplace_back([columns](int k) { return std::array<int, 2>{k % columns, k / columns}; });
+    choices.emplace_back([columns](int k) { return Place{k % columns, k / columns}; });
   if (!flat) {
-    choices.emplace_back([](int k) { return std::array<int, 2>{(k + 1) / 2, k / 2}; });  // zigzag
-    choices.emplace_back([](int k) { return std::array<int, 2>{k, 0}; });                // cascade
-    choices.emplace_back([](int k) { return std::array<int, 2>{k, -k}; });               // row
+    choices.emplace_back([](int k) { return Place{(k + 1) / 2, k / 2}; });  // zigzag, first to the right
+    choices.emplace_back([](int k) { return Place{k / 2, (k + 1) / 2}; });  // zigzag, first to the left
+    choices.emplace_back([](int k) { return Place{k, 0}; });                // stairs to the right
+    choices.emplace_back([](int k) { return Place{0, k}; });                // stairs to the left
+    choices.emplace_back([](int k) { return Place{k, -k}; });               // row
+    choices.emplace_back([](int k) { return Place{k, k}; });                // stack
   }
   const double frame_x = Canvas::kSamples * (options.width - 2.0 * kMargin);
   const double frame_y = Canvas::kSamples * (options.height - 2.0 * kMargin - kFooter);
@@ -123,9 +129,7 @@ std::size_t storey_of(const std::vector<Tile>& tiles, double z_m) {
   return found;
 }
 
-bool finite(const Eigen::Vector3d& p) { return p.allFinite(); }
-
-/// A tube along the polyline; each point is drawn in its storey's tile.
+/// A tube along the polyline; each point is drawn in its storey's tile. Points that are not finite break it.
 void draw_track(Canvas& canvas, const Projection& view, const std::vector<Tile>& tiles,
                 const std::vector<Eigen::Vector3d>& track_m, const Colour& colour) {
   const double radius = std::max(0.055 * view.samples_per_m, 1.5 * Canvas::kSamples);
@@ -137,7 +141,10 @@ void draw_track(Canvas& canvas, const Projection& view, const std::vector<Tile>&
   const Eigen::Vector3d* last = nullptr;
   const Eigen::Vector3d* first = nullptr;
   for (const Eigen::Vector3d& p : track_m) {
-    if (!finite(p)) continue;
+    if (!p.allFinite()) {
+      last = nullptr;
+      continue;
+    }
     if (first == nullptr) first = &p;
     const double length_m = last == nullptr ? 0.0 : (p - *last).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length_m * view.samples_per_m / (0.4 * radius))), 1, 4000);
@@ -147,10 +154,8 @@ void draw_track(Canvas& canvas, const Projection& view, const std::vector<Tile>&
     }
     last = &p;
   }
-  if (first == nullptr) return;
-  ball(*first, 2.2 * radius, from_srgb(255, 255, 255));
-  ball(*first, 2.35 * radius - 2.0, colour * 0.6f + Colour::Constant(0.4f));
-  ball(*last, 2.9 * radius, colour);
+  if (first != nullptr) ball(*first, 2.2 * radius, 0.35f * colour + Colour::Constant(0.65f));
+  if (last != nullptr) ball(*last, 2.9 * radius, colour);
 }
 
 /// Length that is round (1, 2 or 5 times a power of ten) and at most `most_m`.
@@ -194,25 +199,26 @@ void draw_track_legend(Image& image, std::size_t count) {
   }
 }
 
-/// Name and height of each storey on a light plate beside its outer corner.
+/// Name and height of each storey on a light plate, at the lower corner of its tile that is farther from the others.
 void draw_labels(Image& image, const VoxelScene& scene, const Projection& view, const std::vector<Tile>& tiles) {
+  std::vector<ScreenBox> boxes(tiles.size());
+  for (std::size_t k = 0; k < tiles.size(); ++k)
+    for (const auto& corner : corners_of(scene, tiles[k])) boxes[k].extend(view.screen(corner) / Canvas::kSamples);
+  const auto room = [&](const Eigen::Vector2d& p, std::size_t self) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < boxes.size(); ++k)
+      if (k != self) least = std::min(least, (0.5 * (boxes[k].lo + boxes[k].hi) - p).norm());
+    return least;
+  };
+  const bool flat = view.away.z() < -0.999;
   for (std::size_t k = 0; k < tiles.size() && tiles.size() > 1; ++k) {
-    ScreenBox box;
-    const auto corners = corners_of(scene, tiles[k]);
-    Eigen::Vector2d left = view.screen(corners[0]), right = left;
-    for (const auto& corner : corners) {
-      const Eigen::Vector2d p = view.screen(corner);
-      box.extend(p);
-      if (p.x() < left.x() || (p.x() == left.x() && p.y() > left.y())) left = p;
-      if (p.x() > right.x() || (p.x() == right.x() && p.y() > right.y())) right = p;
-    }
-    const bool on_left = 0.5 * (box.lo.x() + box.hi.x()) <= 0.5 * Canvas::kSamples * image.width;
+    const bool on_left = flat || room({boxes[k].lo.x(), boxes[k].hi.y()}, k) >= room(boxes[k].hi, k);
     const std::string text = "storey " + std::to_string(k + 1) + "  z " + metres(tiles[k].storey.floor_m);
     const int width = text_width(text, 2);
-    const Eigen::Vector2d anchor = (on_left ? left : right) / Canvas::kSamples;
-    const int y = std::min(image.height - kMargin - kFooter, static_cast<int>(anchor.y()) + 14);
-    const int x = std::clamp(static_cast<int>(anchor.x()) - (on_left ? 0 : width), 10, image.width - width - 10);
-    fill_rect(image, x - 6, y - 5, width + 12, text_height(2) + 10, from_srgb(255, 255, 255), 0.75f);
+    const int y = static_cast<int>(boxes[k].hi.y()) + (flat ? 10 : -text_height(2) - 10);
+    const int edge = static_cast<int>(on_left ? boxes[k].lo.x() : boxes[k].hi.x());
+    const int x = std::clamp(on_left ? edge : edge - width, 10, std::max(10, image.width - width - 10));
+    fill_rect(image, x - 6, y - 5, width + 12, text_height(2) + 10, from_srgb(255, 255, 255), 0.6f);
     draw_text(image, x, y, text, ink(), 2);
   }
 }
@@ -243,6 +249,13 @@ Image render_storeys(const VoxelScene& scene, const RenderOptions& options) {
   return image;
 }
 
+/// What of a track lies within a metre of a height.
+std::vector<Eigen::Vector3d> near_height(std::vector<Eigen::Vector3d> track_m, double height_m) {
+  for (Eigen::Vector3d& p : track_m)
+    if (std::abs(p.z() - height_m) > 1.0) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+  return track_m;
+}
+
 /// One layer of the map as a plan: dark solid, white free, grey unknown.
 Image render_slice(const mapping::OccupancyMap& map, const RenderOptions& options) {
   const Aabb box = map.grid().box();
@@ -268,7 +281,7 @@ Image render_slice(const mapping::OccupancyMap& map, const RenderOptions& option
     }
   const std::vector<Tile> tiles(1);
   for (std::size_t i = 0; i < options.trajectories_m.size(); ++i)
-    draw_track(canvas, view, tiles, options.trajectories_m[i], track_colour(i));
+    draw_track(canvas, view, tiles, near_height(options.trajectories_m[i], options.slice_z_m), track_colour(i));
   Image image = canvas.resolve();
   draw_scale_bar(image, view.samples_per_m / Canvas::kSamples);
   draw_track_legend(image, options.trajectories_m.size());
