@@ -25,6 +25,8 @@ endif()
 
 # OctoMap's ray walk is repeated operation for operation: no fused multiply-add behind our back.
 add_compile_options(-Wall -Wextra -Wconversion -Wshadow -ffp-contract=off)
+# GCC 12 warns wrongly about string concatenation (GCC bug 105651).
+add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 if(STAIRWELL_WERROR)
   add_compile_options(-Werror)
 endif()
