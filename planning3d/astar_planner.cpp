@@ -1,0 +1,254 @@
+#include "planning3d/astar_planner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kSnap_m = 0.3;
+constexpr std::uint8_t kNoMove = 26;
+
+struct Move {
+  int x, y, z;
+  float length;  // in voxels
+};
+
+std::array<Move, 26> make_moves() {
+  std::array<Move, 26> moves{};
+  std::size_t n = 0;
+  for (int z = -1; z <= 1; ++z) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        moves[n++] = {x, y, z, std::sqrt(static_cast<float>(x * x + y * y + z * z))};
+      }
+    }
+  }
+  return moves;
+}
+
+const std::array<Move, 26> kMoves = make_moves();
+
+bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
+
+}  // namespace
+
+struct AstarPlanner::Search {
+  const FreeSpace& space;
+  const PlanRequest& request;
+  SegmentCheck check;
+  VoxelIndex start;
+  VoxelIndex goal;
+  Eigen::Vector3d end_m;
+  bool slice;
+  std::size_t expansions = 0;
+
+  /// Least number of voxel lengths to the goal by the allowed moves (consistent).
+  float heuristic(const VoxelIndex& v) const {
+    const auto dx = static_cast<float>(std::abs(v.x - goal.x));
+    const auto dy = static_cast<float>(std::abs(v.y - goal.y));
+    const auto dz = static_cast<float>(std::abs(v.z - goal.z));
+    if (slice) return std::max(dx, dy) + 0.41421354F * std::min(dx, dy) + dz;
+    const float most = std::max({dx, dy, dz});
+    const float least = std::min({dx, dy, dz});
+    const float middle = dx + dy + dz - most - least;
+    // Rounded down: 1, sqrt(2) - 1, sqrt(3) - sqrt(2).
+    return most + 0.41421354F * middle + 0.31783719F * least;
+  }
+};
+
+void AstarPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
+  lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
+  if (!(grid_ == space.grid()) || nodes_.empty()) {
+    grid_ = space.grid();
+    nodes_.assign(grid_.voxel_count(), Node{0.0F, 0, kNoMove, false});
+    stamp_ = 0;
+  }
+  if (++stamp_ == 0) {  // wrapped around: old stamps would look new
+    for (Node& node : nodes_) node.stamp = 0;
+    stamp_ = 1;
+  }
+  open_.clear();
+
+  const int most = space.blocked_distance().truncation_cells();
+  const double least_cells = std::sqrt(static_cast<double>(space.min_squared_cells()));
+  const double comfort_cells = std::max(1e-9, config_.comfort_m / grid_.resolution_m());
+  nearness_.assign(static_cast<std::size_t>(most) * static_cast<std::size_t>(most) + 1, 0.0F);
+  for (std::size_t squared = 0; squared < nearness_.size(); ++squared) {
+    const double beyond = (std::sqrt(static_cast<double>(squared)) - least_cells) / comfort_cells;
+    const double near = std::clamp(1.0 - beyond, 0.0, 1.0);
+    nearness_[squared] = static_cast<float>(std::max(0.0, request.clearance_weight) * near * near);
+  }
+  level_.assign(static_cast<std::size_t>(grid_.size()[2]), request.rule.kind == MotionRule::Kind::kVolume ? 1 : 0);
+  for (const double height_m : request.rule.layers_m) {
+    if (!std::isfinite(height_m)) continue;
+    const int z = grid_.index_of({0.0, 0.0, height_m}).z;
+    if (z >= 0 && z < grid_.size()[2]) level_[static_cast<std::size_t>(z)] = 1;
+  }
+}
+
+PlanStatus AstarPlanner::search(Search& search) {
+  const auto worse = [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); };
+  const auto weight = static_cast<float>(std::max(1.0, config_.heuristic_weight));
+  const auto& squared = search.space.blocked_distance().data();
+  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
+  const auto last = static_cast<std::uint32_t>(grid_.linear(search.goal));
+  std::array<std::ptrdiff_t, 26> offsets{};
+  for (std::size_t m = 0; m < kMoves.size(); ++m) {
+    offsets[m] =
+        kMoves[m].x + grid_.size()[0] * (kMoves[m].y + static_cast<std::ptrdiff_t>(grid_.size()[1]) * kMoves[m].z);
+  }
+  nodes_[first] = {0.0F, stamp_, kNoMove, false};
+  open_.push_back({weight * search.heuristic(search.start), 0.0F, first});
+  while (!open_.empty()) {
+    const Open best = open_.front();
+    std::pop_heap(open_.begin(), open_.end(), worse);
+    open_.pop_back();
+    Node& node = nodes_[best.cell];
+    if (node.closed || best.g > node.g) continue;
+    node.closed = true;
+    if (best.cell == last) return PlanStatus::kReached;
+    if (search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
+    const VoxelIndex v = grid_.voxel(best.cell);
+    const bool level = level_[static_cast<std::size_t>(v.z)] != 0;
+    const float near = nearness_[squared[best.cell]];
+    const bool roomy = search.check.roomy(v);
+    for (std::size_t m = 0; m < kMoves.size(); ++m) {
+      const Move& move = kMoves[m];
+      if (search.slice && (move.z == 0 ? !level : move.x != 0 || move.y != 0)) continue;
+      const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
+      if (!search.check.voxel_free(to)) continue;
+      const auto next = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(best.cell) + offsets[m]);
+      Node& there = nodes_[next];
+      const float g = node.g + move.length * (1.0F + 0.5F * (near + nearness_[squared[next]]));
+      if (there.stamp == stamp_ && (there.closed || g >= there.g)) continue;
+      // Two places that fit do not make the diagonal between them fit where it is tight.
+      if (move.length > 1.0F && !roomy && !search.check.roomy(to) &&
+          !search.check.fits(0.5 * (grid_.center_of(v) + grid_.center_of(to)))) {
+        continue;
+      }
+      there = {g, stamp_, static_cast<std::uint8_t>(m), false};
+      open_.push_back({g + weight * search.heuristic(to), g, next});
+      std::push_heap(open_.begin(), open_.end(), worse);
+    }
+  }
+  return PlanStatus::kNoPath;
+}
+
+std::vector<VoxelIndex> AstarPlanner::trace(const Search& search) const {
+  std::vector<VoxelIndex> cells{search.goal};
+  for (;;) {
+    const std::uint8_t from = nodes_[grid_.linear(cells.back())].from;
+    if (from == kNoMove) break;
+    const Move& move = kMoves[from];
+    cells.push_back(cells.back() - VoxelIndex{move.x, move.y, move.z});
+  }
+  std::reverse(cells.begin(), cells.end());
+  return cells;
+}
+
+std::vector<Eigen::Vector3d> AstarPlanner::pull(const Search& search, const std::vector<VoxelIndex>& cells) const {
+  const auto& field = search.space.blocked_distance();
+  std::vector<Eigen::Vector3d> points_m;
+  std::vector<double> cost;  // from the start, in voxels
+  const Eigen::Vector3d first_m = grid_.center_of(cells.front());
+  if ((first_m - search.request.start_m).norm() > 1e-9) {
+    points_m.push_back(search.request.start_m);
+    cost.push_back(-(first_m - search.request.start_m).norm() / grid_.resolution_m());
+  }
+  for (const VoxelIndex& v : cells) {
+    points_m.push_back(grid_.center_of(v));
+    cost.push_back(static_cast<double>(nodes_[grid_.linear(v)].g));
+  }
+  if ((points_m.back() - search.end_m).norm() > 1e-9) {
+    cost.push_back(cost.back() + (points_m.back() - search.end_m).norm() / grid_.resolution_m());
+    points_m.push_back(search.end_m);
+  }
+  if (!config_.pull_string) return points_m;
+
+  const auto straight_cost = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
+    const double length = (b_m - a_m).norm() / grid_.resolution_m();
+    const int pieces = std::max(1, static_cast<int>(std::ceil(length)));
+    double near = 0.0;
+    for (int k = 0; k < pieces; ++k) {
+      const Eigen::Vector3d at_m = a_m + (k + 0.5) / pieces * (b_m - a_m);
+      near += static_cast<double>(nearness_[field.squared_cells(grid_.index_of(at_m))]);
+    }
+    return length * (1.0 + near / pieces);
+  };
+  const auto allowed = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
+    if (!search.slice) return true;
+    const VoxelIndex a = grid_.index_of(a_m);
+    const VoxelIndex b = grid_.index_of(b_m);
+    if (a.x == b.x && a.y == b.y) return true;
+    return a.z == b.z && level_[static_cast<std::size_t>(a.z)] != 0;
+  };
+  const auto shortcut = [&](std::size_t i, std::size_t j) {
+    return allowed(points_m[i], points_m[j]) && search.check.segment_free(points_m[i], points_m[j]) &&
+           straight_cost(points_m[i], points_m[j]) <= 1.02 * (cost[j] - cost[i]) + 1e-6;
+  };
+  std::vector<std::size_t> kept{0};
+  while (kept.back() + 1 < points_m.size()) {
+    std::size_t reach = kept.back() + 1;
+    std::size_t misses = 0;  // a little beyond the first miss: around round corners sight comes and goes
+    for (std::size_t j = reach + 1; j < points_m.size() && misses < 4; ++j) {
+      if (shortcut(kept.back(), j)) {
+        reach = j;
+        misses = 0;
+      } else {
+        ++misses;
+      }
+    }
+    kept.push_back(reach);
+  }
+  for (std::size_t k = 1; k + 1 < kept.size();) {  // corners that the greedy pass left for nothing
+    if (shortcut(kept[k - 1], kept[k + 1])) {
+      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(k));
+    } else {
+      ++k;
+    }
+  }
+  std::vector<Eigen::Vector3d> path_m;
+  for (const std::size_t i : kept) path_m.push_back(points_m[i]);
+  return path_m;
+}
+
+PlanResult AstarPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
+  PlanResult result;
+  lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
+  VoxelIndex start;
+  VoxelIndex goal;
+  if (!finite(request.start_m) || !space.nearest_traversable(request.start_m, kSnap_m, start)) {
+    result.status = PlanStatus::kStartBlocked;
+    return result;
+  }
+  if (!finite(request.goal_m) || !space.nearest_traversable(request.goal_m, kSnap_m, goal)) {
+    result.status = PlanStatus::kGoalBlocked;
+    return result;
+  }
+  Search search{space, request,        SegmentCheck(space, request.keep_out, request.start_m), start,
+                goal,  request.goal_m, request.rule.kind == MotionRule::Kind::kSlice};
+  const bool goal_fits = space.grid().index_of(request.goal_m) == goal && search.check.fits(request.goal_m);
+  if (!goal_fits) search.end_m = space.grid().center_of(goal);
+  if (!search.check.voxel_free(goal) || !search.check.outside_keep_out(search.end_m)) {
+    result.status = PlanStatus::kGoalBlocked;
+    return result;
+  }
+  prepare(space, request);
+  result.status = this->search(search);
+  result.expansions = search.expansions;
+  if (result.status != PlanStatus::kReached) return result;
+  lattice_cost_m_ = static_cast<double>(nodes_[grid_.linear(goal)].g) * grid_.resolution_m();
+  result.path_m = pull(search, trace(search));
+  result.length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < result.path_m.size(); ++i) {
+    result.length_m += (result.path_m[i + 1] - result.path_m[i]).norm();
+  }
+  if (result.path_m.size() == 1) result.path_m.push_back(result.path_m.front());
+  return result;
+}
+
+}  // namespace stairwell::planning3d

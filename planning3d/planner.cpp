@@ -1,0 +1,40 @@
+#include "planning3d/planner.hpp"
+
+#include "core/errors.hpp"
+#include "planning3d/apf_planner.hpp"
+#include "planning3d/astar_planner.hpp"
+
+#include <string>
+
+namespace stairwell::planning3d {
+
+const char* to_string(PlanStatus status) {
+  switch (status) {
+    case PlanStatus::kReached:
+      return "reached";
+    case PlanStatus::kStartBlocked:
+      return "start blocked";
+    case PlanStatus::kGoalBlocked:
+      return "goal blocked";
+    case PlanStatus::kNoPath:
+      return "no path";
+    case PlanStatus::kTimedOut:
+      return "timed out";
+    case PlanStatus::kLocalMinimum:
+      return "local minimum";
+  }
+  return "?";
+}
+
+std::vector<std::string_view> planner_names() { return {"astar", "apf"}; }
+
+std::unique_ptr<Planner> make_planner(std::string_view name) {
+  if (name == "astar") return std::make_unique<AstarPlanner>();
+  if (name == "apf") return std::make_unique<ApfPlanner>();
+  std::string message("unknown planner '");
+  message.append(name).append("'; known:");
+  for (const std::string_view known : planner_names()) message.append(" ").append(known);
+  throw InputError(message);
+}
+
+}  // namespace stairwell::planning3d

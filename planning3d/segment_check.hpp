@@ -1,0 +1,35 @@
+#pragma once
+
+#include "planning3d/free_space.hpp"
+
+#include <vector>
+
+namespace stairwell::planning3d {
+
+/// Whether the robot fits along straight segments: every voxel passed is traversable, near obstacles the sphere is
+/// tested exactly, and keep-out spheres are not entered.
+class SegmentCheck {
+ public:
+  /// A keep-out sphere that holds `start_m` shrinks so that the robot can leave it, not come closer.
+  SegmentCheck(const FreeSpace& space, const std::vector<KeepOut>& keep_out, const Eigen::Vector3d& start_m);
+
+  bool voxel_free(const VoxelIndex& v) const {
+    return space_->traversable(v) && (keep_out_.empty() || outside_keep_out(space_->grid().center_of(v)));
+  }
+  bool outside_keep_out(const Eigen::Vector3d& point_m) const;
+  /// A robot anywhere inside this voxel touches nothing.
+  bool roomy(const VoxelIndex& v) const { return space_->blocked_distance().squared_cells(v) >= roomy_squared_cells_; }
+  /// The robot's sphere at an exact place.
+  bool fits(const Eigen::Vector3d& point_m) const { return space_->sphere_free(point_m, space_->robot().radius_m); }
+
+  bool segment_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) const;
+
+ private:
+  bool keeps_out(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) const;
+
+  const FreeSpace* space_;
+  std::vector<KeepOut> keep_out_;
+  int roomy_squared_cells_ = 0;
+};
+
+}  // namespace stairwell::planning3d
