@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stairwell::apps {
+
+/// `& < > " '` as entities.
+std::string escape_html(std::string_view text);
+
+struct Series {
+  std::string name;
+  std::vector<double> x;
+  std::vector<double> y;  ///< NaN breaks the line
+  int colour = 0;         ///< index of a CSS class `s<colour>`
+};
+
+struct PlotOptions {
+  std::string title;
+  std::string x_label;       ///< with unit
+  std::string y_label;       ///< with unit
+  bool equal_scale = false;  ///< one metre is as long along x as along y
+  bool y_from_zero = true;
+};
+
+/// One inline SVG line plot with axes, round ticks and a legend. Long series are thinned to what a screen shows,
+/// keeping each stretch's least and greatest value.
+std::string line_plot(const PlotOptions& options, const std::vector<Series>& series);
+
+struct Bar {
+  std::string name;
+  double value = 0.0;
+};
+/// Horizontal bars on a logarithmic axis (values that are not positive are left out).
+std::string bar_plot(const std::string& title, const std::string& unit, const std::vector<Bar>& bars);
+
+}  // namespace stairwell::apps
