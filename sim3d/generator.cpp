@@ -1,12 +1,12 @@
 #include "sim3d/generator.hpp"
 
+#include "core/errors.hpp"
 #include "core/rng.hpp"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -377,7 +377,7 @@ std::string generate_building(const GeneratorConfig& config) {
     for (std::size_t i = 1; i < found.size(); ++i) {
       message += "; " + found[i];
     }
-    throw std::invalid_argument(message);
+    throw InputError(message);
   }
   SceneWriter scene;
   const Plan plan = make_plan(config);

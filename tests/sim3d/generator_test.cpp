@@ -1,4 +1,5 @@
 // Connectivity of generated buildings and of worlds/*.sdf, on their primitives (boxes, cylinders, spheres).
+#include "core/errors.hpp"
 #include "sim3d/generator.hpp"
 
 #include <catch2/catch.hpp>
@@ -261,7 +262,7 @@ TEST_CASE("generator configs are validated") {
   config.depth_m = 1.0;
   config.storey_height_m = 1e9;
   CHECK(config.problems().size() == 4);
-  CHECK_THROWS_AS(generate_building(config), std::invalid_argument);
+  CHECK_THROWS_AS(generate_building(config), stairwell::InputError);
   config = {};
   config.storeys = 51;
   CHECK(config.problems().size() == 1);
