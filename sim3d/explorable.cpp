@@ -16,13 +16,71 @@ namespace {
 
 constexpr std::size_t kBatch = 16;
 constexpr std::size_t kMaxTargets = 12;
+constexpr double kTowardsCorner = 0.7;
 /// A voxel is given up after this many poses per ray allowed, whether or not they were in view.
 constexpr int kPosesPerRay = 4;
+
+constexpr std::uint8_t kOpen = 1;      // free space around the reachable voxels, from face to face
+constexpr std::uint8_t kTouching = 2;  // surface next to it
+constexpr std::uint8_t kAlmost = 3;    // the same, but only touched by the surface: what is behind counts as well
+constexpr std::uint8_t kBehind = 4;
+
+bool touches(const GridSpec& grid, const VoxelIndex& v, const std::vector<std::uint8_t>& marks, std::uint8_t mark) {
+  for (int n = 0; n < 27; ++n) {
+    const VoxelIndex to = v + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+    if (grid.contains(to) && marks[grid.linear(to)] == mark) return true;
+  }
+  return false;
+}
+
+void flood_free(const GroundTruth& truth, std::vector<std::uint8_t>& marks) {
+  const GridSpec& grid = truth.grid();
+  std::vector<VoxelIndex> open;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == kOpen) open.push_back(grid.voxel(i));
+  }
+  const auto visit = [&](const VoxelIndex& v) {
+    if (!grid.contains(v) || truth.at(v) != TruthClass::kFree) return;
+    std::uint8_t& mark = marks[grid.linear(v)];
+    if (mark != 0) return;
+    mark = kOpen;
+    open.push_back(v);
+  };
+  while (!open.empty()) {
+    const VoxelIndex v = open.back();
+    open.pop_back();
+    for (const int step : {-1, 1}) {
+      visit(v + VoxelIndex{step, 0, 0});
+      visit(v + VoxelIndex{0, step, 0});
+      visit(v + VoxelIndex{0, 0, step});
+    }
+  }
+}
+
+/// Marks every voxel that is worth a look.
+std::vector<std::uint8_t> view_candidates(const GroundTruth& truth, const std::vector<std::uint8_t>& reachable) {
+  std::vector<std::uint8_t> marks = reachable;
+  flood_free(truth, marks);
+  std::vector<std::size_t> surface;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == 0 && truth.at(i) != TruthClass::kFree) surface.push_back(i);
+  }
+  for (const std::size_t i : surface) {
+    if (touches(truth.grid(), truth.grid().voxel(i), marks, kOpen)) {
+      marks[i] = truth.at(i) == TruthClass::kBoundary ? kAlmost : kTouching;
+    }
+  }
+  for (const std::size_t i : surface) {
+    if (marks[i] == 0 && touches(truth.grid(), truth.grid().voxel(i), marks, kAlmost)) marks[i] = kBehind;
+  }
+  return marks;
+}
 
 /// A place in a voxel to look at.
 struct Target {
   Eigen::Vector3d point_m;
   bool surface = false;  ///< the return must fall into the voxel; otherwise the point must be seen unobstructed
+  Eigen::Vector3d side = Eigen::Vector3d::Zero();  ///< normal towards the poses that may see it; zero: any
 };
 
 /// Asks for one voxel after the other whether some pose of a list sees it.
@@ -67,6 +125,7 @@ class Viewer {
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const Target& target = targets[(pose + k) % targets.size()];
       const Eigen::Vector3d offset_m = target.point_m - pose_m;
+      if (target.side.dot(offset_m) > 0.0) continue;
       const double distance_m = offset_m.norm();
       const double nearest_m = target.surface ? sensor_.min_range_m : 1e-6;
       const double bias_m = target.surface ? kSurfaceBias_m : 0.0;
@@ -119,38 +178,6 @@ class Viewer {
   std::array<float, kBatch> distances_;
 };
 
-void add_targets(const Triangle& triangle, const Aabb& box, std::vector<Target>& targets) {
-  const std::vector<Eigen::Vector3d> polygon = clip_to_box(triangle, box);
-  if (polygon.empty() || targets.size() >= kMaxTargets) return;
-  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& corner_m : polygon) middle_m += corner_m;
-  middle_m /= static_cast<double>(polygon.size());
-  targets.push_back({middle_m, true});
-  for (const std::size_t corner : {std::size_t{0}, polygon.size() / 2}) {
-    targets.push_back({middle_m + 0.7 * (polygon[corner] - middle_m), true});
-  }
-}
-
-/// Places in the voxel to look at: the centre of a free one, points of the surface in the others.
-void list_targets(const GroundTruth& truth, const VoxelIndex& v, std::vector<std::uint32_t>& triangles,
-                  std::vector<Target>& targets) {
-  targets.clear();
-  const Eigen::Vector3d center_m = truth.grid().center_of(v);
-  const TruthClass found = truth.at(v);
-  if (found == TruthClass::kFree) {
-    targets.push_back({center_m, false});
-    return;
-  }
-  const double half_m =
-      0.5 * truth.grid().resolution_m() + (found == TruthClass::kBoundary ? truth.face_tolerance_m() : 0.0);
-  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(half_m);
-  triangles.clear();
-  truth.triangles_near(center_m, half_m, triangles);
-  for (const std::uint32_t i : triangles) {
-    add_targets(triangle_of(truth.mesh(), i), {center_m - reach_m, center_m + reach_m}, targets);
-  }
-}
-
 /// Visits the voxels of the block that the grid has.
 template <typename Visit>
 void for_each_in_block(const GridSpec& grid, const VoxelIndex& corner, int edge, const Visit& visit) {
@@ -161,61 +188,68 @@ void for_each_in_block(const GridSpec& grid, const VoxelIndex& corner, int edge,
   }
 }
 
-bool touches(const GridSpec& grid, const VoxelIndex& v, const std::vector<std::uint8_t>& marks, std::uint8_t mark) {
-  for (int n = 0; n < 27; ++n) {
-    const VoxelIndex to = v + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-    if (grid.contains(to) && marks[grid.linear(to)] == mark) return true;
-  }
-  return false;
-}
+/// Lists places in a voxel to look at: the centre of a free one, points of the surface in the others.
+class TargetFinder {
+ public:
+  TargetFinder(const GroundTruth& truth, const std::vector<std::uint8_t>& marks) : truth_(truth), marks_(marks) {}
 
-constexpr std::uint8_t kOpen = 1;      // free space around the reachable voxels, from face to face
-constexpr std::uint8_t kTouching = 2;  // surface next to it
-constexpr std::uint8_t kAlmost = 3;    // the same, but only touched by the surface: what is behind counts as well
-constexpr std::uint8_t kBehind = 4;
-
-void flood_free(const GroundTruth& truth, std::vector<std::uint8_t>& marks) {
-  const GridSpec& grid = truth.grid();
-  std::vector<VoxelIndex> open;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] == kOpen) open.push_back(grid.voxel(i));
+  const std::vector<Target>& find(const VoxelIndex& v) {
+    targets_.clear();
+    const Eigen::Vector3d center_m = truth_.grid().center_of(v);
+    const TruthClass found = truth_.at(v);
+    if (found == TruthClass::kFree) {
+      targets_.push_back({center_m, false});
+      return targets_;
+    }
+    const double half_m =
+        0.5 * truth_.grid().resolution_m() + (found == TruthClass::kBoundary ? truth_.face_tolerance_m() : 0.0);
+    const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(half_m);
+    triangles_.clear();
+    truth_.triangles_near(center_m, half_m, triangles_);
+    for (const std::uint32_t i : triangles_) {
+      if (targets_.size() < kMaxTargets) {
+        add(triangle_of(truth_.mesh(), i), {center_m - reach_m, center_m + reach_m}, v);
+      }
+    }
+    return targets_;
   }
-  const auto visit = [&](const VoxelIndex& v) {
-    if (!grid.contains(v) || truth.at(v) != TruthClass::kFree) return;
-    std::uint8_t& mark = marks[grid.linear(v)];
-    if (mark != 0) return;
-    mark = kOpen;
-    open.push_back(v);
-  };
-  while (!open.empty()) {
-    const VoxelIndex v = open.back();
-    open.pop_back();
-    for (const int step : {-1, 1}) {
-      visit(v + VoxelIndex{step, 0, 0});
-      visit(v + VoxelIndex{0, step, 0});
-      visit(v + VoxelIndex{0, 0, step});
+
+ private:
+  void add(const Triangle& triangle, const Aabb& box, const VoxelIndex& v) {
+    const std::vector<Eigen::Vector3d> polygon = clip_to_box(triangle, box);
+    if (polygon.empty()) return;
+    const Eigen::Vector3d normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
+    Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& corner_m : polygon) middle_m += corner_m;
+    middle_m /= static_cast<double>(polygon.size());
+    const bool front = seen_along(middle_m, normal, v);
+    const bool back = seen_along(middle_m, -normal, v);
+    if (!front && !back) return;
+    Eigen::Vector3d side = Eigen::Vector3d::Zero();
+    if (!back) side = normal;
+    if (!front) side = -normal;
+    targets_.push_back({middle_m, true, side});
+    for (const std::size_t corner : {std::size_t{0}, polygon.size() / 2}) {
+      targets_.push_back({middle_m + kTowardsCorner * (polygon[corner] - middle_m), true, side});
     }
   }
-}
 
-/// Marks every voxel that is worth a look.
-std::vector<std::uint8_t> view_candidates(const GroundTruth& truth, const std::vector<std::uint8_t>& reachable) {
-  std::vector<std::uint8_t> marks = reachable;
-  flood_free(truth, marks);
-  std::vector<std::size_t> surface;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] == 0 && truth.at(i) != TruthClass::kFree) surface.push_back(i);
+  /// Whether a return from this side falls into the voxel and comes through space that can be open.
+  bool seen_along(const Eigen::Vector3d& point_m, const Eigen::Vector3d& side, const VoxelIndex& v) const {
+    const GridSpec& grid = truth_.grid();
+    if (!(grid.index_of(point_m - kSurfaceBias_m * side) == v)) return false;
+    const VoxelIndex before = grid.index_of(point_m + 0.2 * grid.resolution_m() * side);
+    if (before == v) return true;
+    if (!grid.contains(before)) return false;
+    const std::uint8_t mark = marks_[grid.linear(before)];
+    return mark == kOpen || mark == kTouching || mark == kAlmost;
   }
-  for (const std::size_t i : surface) {
-    if (touches(truth.grid(), truth.grid().voxel(i), marks, kOpen)) {
-      marks[i] = truth.at(i) == TruthClass::kBoundary ? kAlmost : kTouching;
-    }
-  }
-  for (const std::size_t i : surface) {
-    if (marks[i] == 0 && touches(truth.grid(), truth.grid().voxel(i), marks, kAlmost)) marks[i] = kBehind;
-  }
-  return marks;
-}
+
+  const GroundTruth& truth_;
+  const std::vector<std::uint8_t>& marks_;
+  std::vector<Target> targets_;
+  std::vector<std::uint32_t> triangles_;
+};
 
 }  // namespace
 
@@ -230,8 +264,7 @@ std::vector<std::uint8_t> GroundTruth::explorable(const std::vector<std::uint8_t
   const std::size_t most_poses = static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel);
   Viewer viewer(grid_, caster, sensor, rays_per_voxel);
   std::vector<Eigen::Vector3d> poses_m;
-  std::vector<std::uint32_t> triangles;
-  std::vector<Target> targets;
+  TargetFinder targets(*this, candidates);
   const auto look_at_block = [&](const VoxelIndex& corner) {
     bool poses_known = false;
     for_each_in_block(grid_, corner, view_poses.block_edge(), [&](const VoxelIndex& v) {
@@ -243,8 +276,7 @@ std::vector<std::uint8_t> GroundTruth::explorable(const std::vector<std::uint8_t
       }
       if (!poses_known) view_poses.around(corner, most_poses, poses_m);
       poses_known = true;
-      list_targets(*this, v, triangles, targets);
-      seen[index] = viewer.sees(v, targets, poses_m) ? 1 : 0;
+      seen[index] = viewer.sees(v, targets.find(v), poses_m) ? 1 : 0;
     });
   };
   const int edge = view_poses.block_edge();
