@@ -314,7 +314,7 @@ void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
   const Impl::Slot slot = impl_->slot_of(v);
   const std::uint32_t index = impl_->touch(impl_->block_of(v));
   const float before = impl_->blocks[index]->log_odds[slot.cell()];
-  const float after = std::isnan(log_odds) ? log_odds : std::clamp(log_odds, impl_->lowest, impl_->highest);
+  const float after = log_odds;
   if (before == after || (std::isnan(before) && std::isnan(after))) {
     return;
   }

@@ -74,7 +74,7 @@ class OccupancyMap {
   /// OctoMap's updateNode(key, occupied) on one voxel: adds the hit or miss log-odds, clamped.
   /// Voxels outside the grid are ignored.
   void update(const VoxelIndex& v, bool occupied);
-  /// Overwrites (map files, checkpoints); the value is clamped. NaN makes the voxel unknown again.
+  /// Overwrites (map files, checkpoints), without clamping. NaN makes the voxel unknown again.
   void set_log_odds(const VoxelIndex& v, float log_odds);
 
   /// Blocks are aligned to OctoMap's keys, so that each is a subtree: voxel v lies in block

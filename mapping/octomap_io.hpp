@@ -2,8 +2,10 @@
 #pragma once
 
 #include "mapping/occupancy_map.hpp"
+#include "mapping/octomap_check.hpp"
 
 #include <filesystem>
+#include <iosfwd>
 #include <memory>
 
 namespace octomap {
@@ -19,10 +21,16 @@ namespace stairwell::mapping {
 void save_octomap(const OccupancyMap& map, const std::filesystem::path& file);
 void save_octomap(const octomap::OcTree& tree, const std::filesystem::path& file);
 
+/// By extension. @throws InputError for another one.
+OctomapFormat octomap_format_of(const std::filesystem::path& file);
+/// Writes and flushes; the stream's state tells whether it worked. The tree is not changed.
+void write_octomap(const octomap::OcTree& tree, std::ostream& stream, OctomapFormat format);
+
 /// Reads `.bt` or `.ot`. @throws InputError naming the file when it is missing, empty, truncated or not an OcTree.
 std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file);
 
-/// Copies the tree's leaves (expanded to single voxels) into a map over the tree's own bounding box, or over `grid`.
+/// Copies the tree's leaves (expanded to single voxels) and its sensor model into a map over the tree's own bounding
+/// box, or over `grid`. @throws InputError for an empty tree, another resolution, or more than 5e8 voxels.
 OccupancyMap map_from_octree(const octomap::OcTree& tree);
 OccupancyMap map_from_octree(const octomap::OcTree& tree, const GridSpec& grid);
 
