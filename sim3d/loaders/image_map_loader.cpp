@@ -77,6 +77,10 @@ MapInfo read_info(const std::filesystem::path& file) {
   if (info.image.is_relative()) {
     info.image = file.parent_path() / info.image;
   }
+  std::error_code error;
+  if (!std::filesystem::exists(info.image, error)) {
+    fail_input(file, "names the image '" + info.image.string() + "', which is not there; mend 'image'");
+  }
   return info;
 }
 

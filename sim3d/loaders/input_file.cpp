@@ -11,13 +11,32 @@ namespace stairwell::sim3d {
 
 namespace {
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v'; }
+
+bool is_utf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+    if (length == 0 || text.size() - i < length) {
+      return false;
+    }
+    for (std::size_t k = 1; k < length; ++k) {
+      if (static_cast<unsigned char>(text[i + k]) >> 6 != 2) {
+        return false;
+      }
+    }
+    i += length;
+  }
+  return true;
+}
 }  // namespace
 
 void fail_input(const std::filesystem::path& file, const std::string& what) {
   std::string message = file.string() + ": " + what;
+  const bool readable = is_utf8(message);  // quoted words of a damaged file often are not
   for (char& c : message) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      c = ' ';
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || (!readable && byte >= 0x80)) {
+      c = byte >= 0x80 ? '?' : ' ';
     }
   }
   throw InputError(message);

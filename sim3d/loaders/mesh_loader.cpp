@@ -58,7 +58,10 @@ std::vector<MeshPart> load_scene(const std::filesystem::path& file) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    fail_input(file, "cannot be read as a mesh (" + std::string(importer.GetErrorString()) + "); export it again");
+    const std::string why = importer.GetErrorString();
+    fail_input(file, why.starts_with("No suitable reader")
+                         ? "is not a " + lower_extension(file) + " file inside, or is truncated; export it again"
+                         : "cannot be read as a mesh (" + why.substr(0, 200) + "); export it again");
   }
   // Assimp hands these formats out with y up, whatever the file says.
   Eigen::Matrix4d T_zup_yup = Eigen::Matrix4d::Zero();

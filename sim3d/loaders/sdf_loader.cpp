@@ -6,7 +6,9 @@
 
 #include <sdf/sdf.hh>
 
+#include <iostream>
 #include <map>
+#include <streambuf>
 
 namespace stairwell::sim3d {
 
@@ -22,10 +24,30 @@ Pose eigen_of(const ignition::math::Pose3d& pose) {
   return result;
 }
 
-std::string first_line_of(const sdf::Errors& errors) {
-  const std::string text = errors.front().Message();
+std::string text_of(const sdf::Errors& errors) {
+  std::string text;
+  for (std::size_t i = 0; i < errors.size() && i < 3; ++i) {
+    text += (i == 0 ? "" : "; ") + errors[i].Message();
+  }
   return text.substr(0, 300);
 }
+
+/// SDFormat and the URDF reader it falls back on write to the standard streams. While one of these lives, what any
+/// thread writes there is lost.
+class SilencedStreams {
+ public:
+  SilencedStreams() : error_(std::cerr.rdbuf(nullptr)), output_(std::cout.rdbuf(nullptr)) {}
+  ~SilencedStreams() {
+    std::cerr.rdbuf(error_);  // clears the error flags too
+    std::cout.rdbuf(output_);
+  }
+  SilencedStreams(const SilencedStreams&) = delete;
+  SilencedStreams& operator=(const SilencedStreams&) = delete;
+
+ private:
+  std::streambuf* error_;
+  std::streambuf* output_;
+};
 
 /// A file that a document names: relative to the document, or `model://NAME/...` in the folders around it.
 std::filesystem::path find_named(const std::string& uri, const std::filesystem::path& folder) {
@@ -77,7 +99,7 @@ class SdfCollector {
     if (!errors.empty()) {
       // Without a world around it a model has no frame to resolve into; its pose is then the plain one.
       if (!element.PoseRelativeTo().empty()) {
-        fail_input(file_, "the pose of '" + name + "' cannot be resolved: " + first_line_of(errors));
+        fail_input(file_, "the pose of '" + name + "' cannot be resolved: " + text_of(errors));
       }
       pose = element.RawPose();
     }
@@ -188,11 +210,19 @@ sdf::Root read_document(const std::filesystem::path& file) {
   sdf::ParserConfig config;
   config.SetWarningsPolicy(sdf::EnforcementPolicy::LOG);
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
-  config.SetFindCallback([&folder](const std::string& uri) { return find_named(uri, folder).string(); });
+  config.SetFindCallback([&folder](const std::string& uri) {
+    const std::filesystem::path found = find_named(uri, folder);
+    std::error_code error;
+    return std::filesystem::exists(found, error) ? found.string() : std::string();
+  });
   sdf::Root root;
+  const SilencedStreams silenced;
   const sdf::Errors errors = root.Load(file.string(), config);
+  if (!errors.empty() && errors.front().Message() == "Unable to read file:" + file.string()) {
+    fail_input(file, "is not well-formed XML with an <sdf> element in it; mend or export it again");
+  }
   if (!errors.empty()) {
-    fail_input(file, "is not a usable SDFormat file: " + first_line_of(errors));
+    fail_input(file, "is not a usable SDFormat file: " + text_of(errors));
   }
   return root;
 }
