@@ -167,7 +167,7 @@ Curve cut(const Curve& curve, double arc_m) {
     if (curve.arc_m[i] >= arc_m) {
       if (i == 0) break;
       const double u = (arc_m - curve.arc_m[i - 1]) / (curve.arc_m[i] - curve.arc_m[i - 1]);
-      part.append(point_between(curve, i - 1, u), tangent_between(curve, i - 1, u));
+      part.finish(point_between(curve, i - 1, u), tangent_between(curve, i - 1, u));
       return part;
     }
     part.append(curve.point_m[i], curve.tangent[i]);

@@ -44,14 +44,15 @@ double bend_size(const Piece& piece, const MotionLimits& limits) {
                                                        : piece.bend_per_m.cwiseAbs().maxCoeff();
 }
 
-/// Largest squared speed at the far node when leaving the near one with `u` (the same holds backwards in time).
-double reachable(const Piece& piece, double u, double sign, const MotionLimits& limits, double share) {
+/// Largest squared speed at the far node, at most `ceiling`, when leaving the near one with `u` (the same holds
+/// backwards in time).
+double reachable(const Piece& piece, double u, double ceiling, double sign, const MotionLimits& limits, double share) {
   double acceleration = spare_acceleration(piece, u, sign, limits, share);
   for (int pass = 0; pass < 3; ++pass) {  // the turn takes its part at the faster end too
-    const double then = u + 2.0 * acceleration * piece.length_m;
+    const double then = std::min(ceiling, u + 2.0 * acceleration * piece.length_m);
     acceleration = std::min(acceleration, spare_acceleration(piece, then, sign, limits, share));
   }
-  return u + 2.0 * acceleration * piece.length_m;
+  return std::min(ceiling, u + 2.0 * acceleration * piece.length_m);
 }
 
 std::vector<double> ceilings(const Curve& curve, const std::vector<Piece>& pieces, const MotionLimits& limits,
@@ -83,13 +84,13 @@ std::optional<std::vector<double>> squared_speeds(const Curve& curve, const Moti
   u.back() = 0.0;
   u.front() = std::max(u.front(), start);  // the speed is a fact; the bend behind it is judged just below
   for (std::size_t i = pieces.size(); i-- > 0;) {
-    u[i] = std::min(u[i], reachable(pieces[i], u[i + 1], -1.0, limits, shares.acceleration));
+    u[i] = reachable(pieces[i], u[i + 1], u[i], -1.0, limits, shares.acceleration);
   }
   const double turn = start * bend_size(pieces.front(), limits);
   if (u.front() < start * (1.0 - 1e-9) || turn > shares.acceleration * limits.acceleration_mps2) return std::nullopt;
   u.front() = start;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    u[i + 1] = std::min(u[i + 1], reachable(pieces[i], u[i], 1.0, limits, shares.acceleration));
+    u[i + 1] = reachable(pieces[i], u[i], u[i + 1], 1.0, limits, shares.acceleration);
   }
   return u;
 }
@@ -137,7 +138,7 @@ std::vector<MotionState> timed_states(const Curve& curve, const std::vector<doub
     const Eigen::Vector3d bend_per_m = (curve.tangent[i + 1] - curve.tangent[i]) / length_m;
     for (;;) {
       const double since_s = Trajectory::kStep_s * static_cast<double>(states.size()) - node_s;
-      if (since_s >= duration_s) break;
+      if (!(since_s < duration_s) || !std::isfinite(duration_s)) break;
       const double u = std::clamp((from_mps + 0.5 * acceleration * since_s) * since_s / length_m, 0.0, 1.0);
       const double speed_mps = from_mps + acceleration * since_s;
       MotionState state;
