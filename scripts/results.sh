@@ -21,7 +21,7 @@ for world in "${worlds[@]}"; do
       done_runs=$((done_runs + 1))
       folder=$runs/$world-$mode-$seed
       label="[$done_runs/$total] $world $mode seed $seed"
-      if [[ -f $folder/metrics.json ]]; then
+      if [[ -f $folder/metrics.json && ! -d $folder/checkpoint ]]; then
         echo "$label: there already"
         continue
       fi
