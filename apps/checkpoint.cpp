@@ -1,0 +1,117 @@
+#include "apps/checkpoint.hpp"
+
+#include "apps/atomic_file.hpp"
+#include "core/errors.hpp"
+#include "mapping/octomap_io.hpp"
+
+#include <octomap/OcTree.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <sstream>
+
+namespace stairwell::apps {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr int kVersion = 1;
+
+std::string read_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError(file.string() + ": the checkpoint cannot be read");
+  return text.str();
+}
+
+/// FNV-1a: finds damage, not forgery.
+std::uint64_t digest(std::string_view bytes) {
+  std::uint64_t hash = 0xCBF29CE484222325ULL;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
+  return hash;
+}
+
+/// The number in `map-<n>.ot`; 0 for anything else.
+std::uint64_t generation_of(const std::string& map_name) {
+  std::uint64_t generation = 0;
+  std::istringstream(map_name.substr(std::min<std::size_t>(4, map_name.size()))) >> generation;
+  return generation;
+}
+
+[[noreturn]] void damaged(const std::filesystem::path& file, const std::string& why) {
+  throw InputError(file.string() + ": the checkpoint is damaged (" + why +
+                   "): remove the checkpoint folder to start the run again");
+}
+
+}  // namespace
+
+bool CheckpointFolder::exists() const {
+  std::error_code ignored;
+  return std::filesystem::exists(state_file(), ignored);
+}
+
+void CheckpointFolder::save(const Checkpoint& checkpoint, const mapping::OccupancyMap& map) {
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) throw RunError(folder_.string() + ": cannot be made: " + error.message());
+  std::uint64_t generation = 1;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    generation = std::max(generation, generation_of(entry.path().filename().string()) + 1);
+  }
+  const std::string map_name = "map-" + std::to_string(generation) + ".ot";
+  mapping::save_octomap(map, folder_ / map_name);
+  const json state = {{"version", kVersion},
+                      {"map", map_name},
+                      {"map_digest", digest(read_file(folder_ / map_name))},
+                      {"fleet", checkpoint.fleet},
+                      {"fleet_digest", digest(checkpoint.fleet)},
+                      {"flight", checkpoint.flight},
+                      {"milestones", checkpoint.milestones},
+                      {"wall_s", checkpoint.wall_s},
+                      {"scans_taken", checkpoint.scans_taken},
+                      {"log_bytes", checkpoint.log_bytes}};
+  write_file_atomically(state_file(), state.dump());
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename().string();
+    if (name != map_name && name != "state.json") std::filesystem::remove(entry.path(), error);
+  }
+}
+
+Checkpoint CheckpointFolder::load(mapping::OccupancyMap& map) const {
+  Checkpoint checkpoint;
+  std::filesystem::path map_file;
+  try {
+    const json state = json::parse(read_file(state_file()));
+    if (state.at("version").get<int>() != kVersion) damaged(state_file(), "another version");
+    map_file = folder_ / std::filesystem::path(state.at("map").get<std::string>()).filename();
+    checkpoint.fleet = state.at("fleet").get<std::string>();
+    checkpoint.flight = state.at("flight").get<std::string>();
+    checkpoint.milestones = state.at("milestones").get<std::string>();
+    checkpoint.wall_s = state.at("wall_s").get<double>();
+    checkpoint.scans_taken = state.at("scans_taken").get<std::vector<std::uint64_t>>();
+    checkpoint.log_bytes = state.at("log_bytes").get<RunLog::Offsets>();
+    if (digest(checkpoint.fleet) != state.at("fleet_digest").get<std::uint64_t>()) damaged(state_file(), "digest");
+    std::error_code ignored;
+    if (!std::filesystem::exists(map_file, ignored)) damaged(map_file, "missing");
+    if (digest(read_file(map_file)) != state.at("map_digest").get<std::uint64_t>()) damaged(map_file, "digest");
+  } catch (const json::exception& error) {
+    damaged(state_file(), error.what());
+  }
+  // The file does not hold the sensor model's parameters: they are the configuration's.
+  const mapping::OccupancyMap saved = mapping::map_from_octree(*mapping::load_octree(map_file), map.grid());
+  const GridSpec& grid = map.grid();
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+    const VoxelIndex v = grid.voxel(i);
+    if (saved.at(v) != Occupancy::kUnknown) map.set_log_odds(v, saved.log_odds(v));
+  }
+  return checkpoint;
+}
+
+void CheckpointFolder::remove() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+}  // namespace stairwell::apps

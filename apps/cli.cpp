@@ -1,0 +1,91 @@
+#include "apps/cli.hpp"
+
+#include "apps/commands.hpp"
+#include "apps/completion_script.hpp"
+#include "apps/option_values.hpp"
+#include "apps/report.hpp"
+#include "core/errors.hpp"
+#include "core/version.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <memory>
+#include <ostream>
+
+namespace stairwell::apps {
+
+namespace {
+
+std::string one_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == '\r')) text.pop_back();
+  std::ranges::replace(text, '\n', ' ');
+  std::ranges::replace(text, '\r', ' ');
+  return text;
+}
+
+void describe(CLI::App& app) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("stairwell ") + kVersion);
+  app.set_help_all_flag("--help-all", "Help of every command");
+  app.footer(
+      "Examples:\n"
+      "  stairwell explore worlds/office_tower.sdf --uavs 4\n"
+      "  stairwell map info runs/office_tower-volume-1/map.bt\n"
+      "  stairwell explore --help\n"
+      "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or input.");
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, CommandContext& context) {
+  CLI::App* command = app.add_subcommand("report", "Write report.html of a run folder again");
+  auto folder = std::make_shared<std::string>();
+  command->add_option("DIR", *folder, "Run folder")->required();
+  command->footer("Example:\n  stairwell report runs/office_tower-volume-1");
+  command->callback([folder, &context] {
+    write_report(*folder);
+    context.out << *folder << "/report.html\n";
+  });
+}
+
+void add_completion_command(CLI::App& app, CommandContext& context) {
+  CLI::App* command = app.add_subcommand("completion", "Print the completion script for bash");
+  command->footer("Example:\n  stairwell completion > ~/.local/share/bash-completion/completions/stairwell");
+  command->callback([&context] { context.out << kCompletionScript; });
+}
+
+int run_program(const std::vector<std::string>& words, std::ostream& out, std::ostream& err,
+                const volatile std::sig_atomic_t& interrupted) {
+  CLI::App app("Explores unknown multi-storey 3D worlds with fleets of simulated UAVs", "stairwell");
+  CommandContext context{out, interrupted};
+  describe(app);
+  add_explore_command(app, context);
+  add_world_commands(app, context);
+  add_map_commands(app, context);
+  add_report_command(app, context);
+  add_completion_command(app, context);
+  try {
+    std::vector<std::string> reversed = join_minus_values(words);
+    std::ranges::reverse(reversed);  // CLI11 takes them from the back
+    app.parse(reversed);
+    out.flush();
+    if (!out) throw RunError("standard output cannot be written");
+    return context.exit_code;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // help and version
+      app.exit(error, out, err);
+      return kExitDone;
+    }
+    err << "stairwell: " << one_line(error.what()) << " (see --help)\n";
+    return kExitBadInput;
+  } catch (const InputError& error) {
+    err << "stairwell: " << one_line(error.what()) << "\n";
+    return kExitBadInput;
+  } catch (const std::exception& error) {
+    err << "stairwell: " << one_line(error.what()) << "\n";
+    return kExitRunFailed;
+  }
+}
+
+}  // namespace stairwell::apps

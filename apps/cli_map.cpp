@@ -1,0 +1,100 @@
+#include "apps/commands.hpp"
+#include "apps/map_files.hpp"
+#include "apps/option_values.hpp"
+#include "apps/render.hpp"
+#include "core/errors.hpp"
+#include "mapping/octomap_io.hpp"
+
+#include <octomap/OcTree.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <ostream>
+
+namespace stairwell::apps {
+
+namespace {
+
+struct MapWords {
+  std::string first, second, view = "iso", size = "1200x900", output;
+  sim3d::WorldOptions world_options;
+  bool json = false;
+};
+
+/// `key: value` lines for people.
+void print(const nlohmann::ordered_json& values, bool json, std::ostream& out) {
+  if (json) {
+    out << values.dump(2) << "\n";
+    return;
+  }
+  for (const auto& [key, value] : values.items()) {
+    out << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
+  }
+}
+
+void render(const MapWords& words) {
+  RenderOptions options;
+  parse_view(words.view, options);
+  std::tie(options.width, options.height) = parse_size(words.size);
+  const auto tree = mapping::load_octree(words.first);
+  render_map_png(mapping::map_from_octree(*tree), options, words.output);
+}
+
+void add_info(CLI::App& map, CommandContext& context) {
+  CLI::App* command = map.add_subcommand("info", "Size, volumes and bounds of a map");
+  auto words = std::make_shared<MapWords>();
+  command->add_option("FILE", words->first, ".bt or .ot file")->required();
+  command->add_flag("--json", words->json, "For machines");
+  command->footer("Example:\n  stairwell map info runs/duplex-volume-1/map.bt --json");
+  command->callback([words, &context] { print(map_info(words->first), words->json, context.out); });
+}
+
+void add_compare(CLI::App& map, CommandContext& context) {
+  CLI::App* command = map.add_subcommand("compare", "Right, wrong and missing voxels of a map");
+  auto words = std::make_shared<MapWords>();
+  command->add_option("MAP", words->first, ".bt or .ot file")->required();
+  command->add_option("REFERENCE", words->second, "Another map (.bt .ot) or a world file")->required();
+  command->add_option("--extrude-height", words->world_options.extrude_height_m, "Height of the walls of .pgm maps");
+  command->add_option("--point-size", words->world_options.point_size_m, "Edge of a cloud's voxels");
+  command->add_option("--voxel-size", words->world_options.voxel_size_m, "Edge of a cell of a .3dmap");
+  command->add_flag("--json", words->json, "For machines");
+  command->footer("Example:\n  stairwell map compare runs/duplex-volume-1/map.bt worlds/duplex.sdf --json");
+  command->callback([words, &context] {
+    print(to_json(compare_with(words->first, words->second, words->world_options)), words->json, context.out);
+  });
+}
+
+void add_convert(CLI::App& map) {
+  CLI::App* command = map.add_subcommand("convert", "Write a map in another format");
+  auto words = std::make_shared<MapWords>();
+  command->add_option("IN", words->first, ".bt or .ot file")->required();
+  command->add_option("OUT", words->second, ".bt, .ot, or .pcd/.ply (centres of the occupied voxels)")->required();
+  command->footer("Example:\n  stairwell map convert map.ot map.pcd");
+  command->callback([words] { convert_map(words->first, words->second); });
+}
+
+void add_render(CLI::App& map) {
+  CLI::App* command = map.add_subcommand("render", "Draw a map as a PNG");
+  auto words = std::make_shared<MapWords>();
+  command->add_option("MAP", words->first, ".bt or .ot file")->required();
+  command->add_option("--view", words->view, "iso, top, or slice:Z at the height Z in metres")->capture_default_str();
+  command->add_option("--size", words->size, "Width x height in pixels")->capture_default_str();
+  command->add_option("-o,--output", words->output, "PNG file")->required();
+  command->footer("Example:\n  stairwell map render map.bt --view slice:1.2 --size 800x600 -o slice.png");
+  command->callback([words] { render(*words); });
+}
+
+}  // namespace
+
+void add_map_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* map = app.add_subcommand("map", "Look at, compare, convert and draw OctoMap files");
+  map->require_subcommand(1);
+  map->footer("Example:\n  stairwell map info map.bt");
+  add_info(*map, context);
+  add_compare(*map, context);
+  add_convert(*map);
+  add_render(*map);
+}
+
+}  // namespace stairwell::apps

@@ -1,0 +1,25 @@
+/// The subcommands. Each adds itself to the parser; its action runs while the words are parsed.
+#pragma once
+
+#include <csignal>
+#include <iosfwd>
+
+namespace CLI {
+class App;
+}
+
+namespace stairwell::apps {
+
+struct CommandContext {
+  std::ostream& out;
+  const volatile std::sig_atomic_t& interrupted;
+  int exit_code = 0;
+};
+
+void add_explore_command(CLI::App& app, CommandContext& context);
+void add_world_commands(CLI::App& app, CommandContext& context);
+void add_map_commands(CLI::App& app, CommandContext& context);
+void add_report_command(CLI::App& app, CommandContext& context);
+void add_completion_command(CLI::App& app, CommandContext& context);
+
+}  // namespace stairwell::apps

@@ -1,0 +1,46 @@
+# bash completion for stairwell
+_stairwell() {
+  local current="${COMP_WORDS[COMP_CWORD]}" previous="${COMP_WORDS[COMP_CWORD-1]}"
+  COMPREPLY=()
+  case "$previous" in
+    --mode) COMPREPLY=($(compgen -W "slice volume" -- "$current")); return ;;
+    --planner) COMPREPLY=($(compgen -W "astar apf" -- "$current")); return ;;
+    --coverage) COMPREPLY=($(compgen -W "layers frontiers" -- "$current")); return ;;
+    --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
+    --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
+    --charge-planning | --noise) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
+    --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
+    --view) COMPREPLY=($(compgen -W "iso top slice:" -- "$current")); return ;;
+    --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
+  esac
+  if [[ $COMP_CWORD -eq 1 ]]; then
+    COMPREPLY=($(compgen -W "explore world map report completion --help --version" -- "$current"))
+    return
+  fi
+  local options=""
+  case "${COMP_WORDS[1]}" in
+    explore)
+      options="--uavs --start --box --mode --planner --coverage --layers --sensor --fov-deg --range --min-range
+        --rate-hz --rays --samples --noise --vmax --amax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
+        --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
+        --voxel-size --config --set --out --resume --json --quiet --help" ;;
+    world)
+      if [[ $COMP_CWORD -eq 2 ]]; then
+        COMPREPLY=($(compgen -W "info convert generate --help" -- "$current"))
+        return
+      fi
+      options="--json --resolution --storeys --seed --help -o" ;;
+    map)
+      if [[ $COMP_CWORD -eq 2 ]]; then
+        COMPREPLY=($(compgen -W "info compare convert render --help" -- "$current"))
+        return
+      fi
+      options="--json --view --size --help -o" ;;
+  esac
+  if [[ $current == -* ]]; then
+    COMPREPLY=($(compgen -W "$options" -- "$current"))
+  else
+    COMPREPLY=($(compgen -f -- "$current"))
+  fi
+}
+complete -o filenames -F _stairwell stairwell

@@ -1,0 +1,263 @@
+#include "apps/explore_run.hpp"
+
+#include "apps/atomic_file.hpp"
+#include "apps/checkpoint.hpp"
+#include "apps/metrics.hpp"
+#include "apps/render.hpp"
+#include "apps/report.hpp"
+#include "apps/run_config.hpp"
+#include "apps/run_folder.hpp"
+#include "apps/run_log.hpp"
+#include "apps/simulation.hpp"
+#include "core/errors.hpp"
+#include "core/version.hpp"
+#include "mapping/octomap_io.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+namespace stairwell::apps {
+
+namespace fs = std::filesystem;
+using explore::StopReason;
+
+namespace {
+
+/// A checkpoint may take at most this share of the wall time.
+constexpr double kCheckpointShare = 0.05;
+
+double clock_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+bool near_ground(const std::string_view phase) {
+  return phase == "grounded" || phase == "takeoff" || phase == "land" || phase == "done";
+}
+
+std::vector<std::uint8_t> explorable_voxels(const Simulation& simulation) {
+  const explore::FleetConfig& fleet = simulation.config().fleet;
+  const sim3d::GroundTruth& truth = simulation.truth();
+  const auto reachable = truth.reachable(simulation.airborne_starts_m(), fleet.robot, fleet.task_box);
+  auto explorable = truth.explorable(reachable, simulation.caster(), fleet.sensor, fleet.task_box);
+  if (std::ranges::none_of(explorable, [](std::uint8_t v) { return v != 0; })) {
+    throw InputError("--box holds no free space that the robot can reach from its starts: move or enlarge it");
+  }
+  return explorable;
+}
+
+/// One run from its first (or resumed) tick to its finished folder.
+class ExploreRun {
+ public:
+  ExploreRun(const Simulation& simulation, fs::path folder, Progress& progress)
+      : simulation_(simulation),
+        config_(simulation.config()),
+        folder_(std::move(folder)),
+        progress_(progress),
+        checkpoints_(folder_),
+        coverage_(simulation.truth().grid(), explorable_voxels(simulation)),
+        flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs) {}
+
+  void begin() {
+    log_.emplace(folder_, config_.uavs);
+    make_fleet();
+    observe();
+  }
+
+  void resume(Simulation& simulation) {
+    mapping::OccupancyMap map(simulation_.truth().grid(), config_.fleet.occupancy);
+    const Checkpoint saved = checkpoints_.load(map);
+    log_.emplace(folder_, config_.uavs, saved.log_bytes);
+    make_fleet();
+    fleet_->load_state(saved.fleet, std::move(map));
+    simulation.set_scans_taken(saved.scans_taken);
+    try {
+      flight_.load(nlohmann::json::parse(saved.flight));
+      milestones_.load(nlohmann::json::parse(saved.milestones));
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError(folder_.string() + ": the checkpoint is damaged: " + error.what());
+    }
+    earlier_wall_s_ = saved.wall_s;
+    coverage_.update(fleet_->map());
+  }
+
+  void loop(const volatile std::sig_atomic_t& interrupted) {
+    begin_s_ = clock_s();
+    double next_checkpoint_s = begin_s_ + config_.checkpoint_period_s;
+    for (bool going = true; going;) {
+      if (interrupted != 0) {
+        fleet_->stop(StopReason::kInterrupted);
+        break;
+      }
+      going = fleet_->step();
+      observe();
+      if (going && config_.target_coverage < 1.0 && coverage_.coverage() >= config_.target_coverage) {
+        fleet_->stop(StopReason::kTargetReached);
+        going = false;
+      }
+      progress_.show({coverage_.coverage(), fleet_->time_s(), wall_s()});
+      if (going && clock_s() >= next_checkpoint_s) next_checkpoint_s = checkpoint_and_time();
+    }
+    total_wall_s_ = wall_s();
+    progress_.finish();
+  }
+
+  /// Writes everything a finished (or interrupted) run leaves. @returns the text of metrics.json.
+  std::string finish() {
+    const bool interrupted = fleet_->stop_reason() == StopReason::kInterrupted;
+    if (interrupted) save_checkpoint();
+    log_->publish();
+    mapping::save_octomap(fleet_->map(), folder_ / "map.bt");
+    mapping::save_octomap(fleet_->map(), folder_ / "map.ot");
+    const std::string metrics = metrics_json(config_, *fleet_, coverage_, flight_, milestones_, total_wall_s_);
+    write_file_atomically(folder_ / "metrics.json", metrics);
+    RenderOptions options;
+    options.trajectories_m = read_trajectories(folder_ / "trajectories.csv", config_.uavs);
+    render_map_png(fleet_->map(), options, folder_ / "snapshot.png");
+    write_report(folder_);
+    if (!interrupted) checkpoints_.remove();
+    return metrics;
+  }
+
+  bool interrupted() const { return fleet_->stop_reason() == StopReason::kInterrupted; }
+
+ private:
+  void make_fleet() {
+    fleet_ = std::make_unique<explore::Fleet>(config_.fleet, simulation_.doors(), *log_, clock_s);
+    if (fleet_->map().grid() != simulation_.truth().grid()) throw RunError("the fleet's map has an unexpected grid");
+  }
+
+  void observe() {
+    std::vector<MotionState> states;
+    std::vector<bool> grounded;
+    for (std::size_t i = 0; i < fleet_->size(); ++i) {
+      states.push_back(fleet_->uav_state(i));
+      grounded.push_back(near_ground(fleet_->uav_phase(i)));
+    }
+    coverage_.update(fleet_->map());
+    flight_.observe(fleet_->time_s(), states, grounded);
+    milestones_.observe(fleet_->time_s(), coverage_.coverage());
+    log_->record(*fleet_, coverage_.coverage());
+  }
+
+  void save_checkpoint() {
+    Checkpoint checkpoint;
+    checkpoint.fleet = fleet_->save_state();
+    checkpoint.flight = flight_.save().dump();
+    checkpoint.milestones = milestones_.save().dump();
+    checkpoint.wall_s = wall_s();
+    checkpoint.scans_taken = simulation_.scans_taken();
+    checkpoint.log_bytes = log_->flush();
+    checkpoints_.save(checkpoint, fleet_->map());
+  }
+
+  /// @returns when the next one is due
+  double checkpoint_and_time() {
+    const double before_s = clock_s();
+    save_checkpoint();
+    const double after_s = clock_s();
+    return after_s + std::max(config_.checkpoint_period_s, (after_s - before_s) / kCheckpointShare);
+  }
+
+  double wall_s() const { return earlier_wall_s_ + (clock_s() - begin_s_); }
+
+  const Simulation& simulation_;
+  const RunConfig& config_;
+  fs::path folder_;
+  Progress& progress_;
+  CheckpointFolder checkpoints_;
+  CoverageMeter coverage_;
+  FlightMeter flight_;
+  Milestones milestones_;
+  std::optional<RunLog> log_;
+  std::unique_ptr<explore::Fleet> fleet_;
+  double begin_s_ = 0.0;
+  double earlier_wall_s_ = 0.0;
+  double total_wall_s_ = 0.0;
+};
+
+ExploreResult run_in(Simulation& simulation, const fs::path& folder, Progress& progress,
+                     const volatile std::sig_atomic_t& interrupted) {
+  ExploreRun run(simulation, folder, progress);
+  if (CheckpointFolder(folder).exists()) {
+    run.resume(simulation);
+  } else {
+    run.begin();
+  }
+  run.loop(interrupted);
+  ExploreResult result;
+  result.folder = folder;
+  result.metrics = run.finish();
+  result.interrupted = run.interrupted();
+  return result;
+}
+
+ExploreResult run_new(Settings settings, Progress& progress, const volatile std::sig_atomic_t& interrupted,
+                      const std::string& out) {
+  RunConfig config = resolve(settings);
+  config.out = out;
+  require_usable(config);
+  const fs::path folder = choose_run_folder(config);
+  Simulation simulation(config);
+  record_resolved(simulation.config(), settings);
+  make_run_folder(folder);
+  const std::string heading = std::string("Stairwell ") + kVersion + ": resolved configuration of this run";
+  write_file_atomically(folder / "config.yaml", to_yaml(settings, heading));
+  progress.note("exploring " + simulation.config().world.string() + " into " + folder.string());
+  return run_in(simulation, folder, progress, interrupted);
+}
+
+ExploreResult run_resumed(const fs::path& folder, Progress& progress, const volatile std::sig_atomic_t& interrupted) {
+  require_run_folder(folder);
+  if (is_complete(folder)) {
+    ExploreResult result;
+    result.folder = folder;
+    result.metrics = read_text(folder / "metrics.json");
+    result.was_complete = true;
+    return result;
+  }
+  Settings settings;
+  add_yaml_file(settings, folder / "config.yaml");
+  const RunConfig config = resolve(settings);
+  require_usable(config);
+  Simulation simulation(config);
+  progress.note("resuming " + folder.string());
+  return run_in(simulation, folder, progress, interrupted);
+}
+
+}  // namespace
+
+ExploreResult run_explore(const ExploreRequest& request, const volatile std::sig_atomic_t& interrupted) {
+  Progress progress(request.progress);
+  return request.resume.empty() ? run_new(request.settings, progress, interrupted, request.out)
+                                : run_resumed(request.resume, progress, interrupted);
+}
+
+std::string summary_text(const ExploreResult& result) {
+  const auto metrics = nlohmann::json::parse(result.metrics, nullptr, false);
+  if (metrics.is_discarded()) throw RunError((result.folder / "metrics.json").string() + ": is damaged");
+  const auto value = [&](const char* key) {
+    return metrics.contains(key) && metrics[key].is_number() ? metrics[key].get<double>() : 0.0;
+  };
+  char numbers[512];
+  std::snprintf(numbers, sizeof(numbers),
+                "coverage      %.2f %% of %.1f m3 explorable\n"
+                "finished at   %.1f s simulated, %.1f s wall (x%.1f)\n"
+                "path          %.1f m, %.0f collisions\n",
+                100.0 * value("coverage"), value("explorable_volume_m3"), value("finish_s"), value("wall_s"),
+                value("realtime_factor"), value("path_length_m"), value("collisions"));
+  return "stopped       " + metrics.value("stop_reason", std::string("unknown")) + "\n" + numbers + "run folder    " +
+         result.folder.string() + "\n";
+}
+
+}  // namespace stairwell::apps

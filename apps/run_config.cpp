@@ -1,0 +1,415 @@
+#include "apps/run_config.hpp"
+
+#include "apps/option_values.hpp"
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "coverage3d/strategy.hpp"
+#include "planning3d/planner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <sstream>
+
+namespace stairwell::apps {
+
+namespace {
+
+using Apply = std::function<void(RunConfig&, const std::string&)>;
+
+struct Entry {
+  SettingKey key;
+  std::string fallback;  ///< default text; empty = none
+  Apply apply;
+};
+
+Apply number(double& (*field)(RunConfig&)) {
+  return [field](RunConfig& config, const std::string& text) { field(config) = parse_number(text); };
+}
+
+Apply angle_deg(double& (*field)(RunConfig&)) {
+  return [field](RunConfig& config, const std::string& text) { field(config) = rad_from_deg(parse_number(text)); };
+}
+
+Apply on_off(bool& (*field)(RunConfig&)) {
+  return [field](RunConfig& config, const std::string& text) { field(config) = parse_switch(text); };
+}
+
+/// One of a list of words.
+template <typename Value>
+Value choice(const std::string& text, const std::vector<std::pair<std::string, Value>>& known) {
+  std::string names;
+  for (const auto& [name, value] : known) {
+    if (name == text) return value;
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  throw InputError("'" + text + "' is not one of " + names);
+}
+
+std::string known_name(const std::string& text, const std::vector<std::string_view>& names) {
+  std::vector<std::pair<std::string, std::string>> known;
+  for (const std::string_view name : names) known.emplace_back(name, name);
+  return choice<std::string>(text, known);
+}
+
+void apply_box(RunConfig& config, const std::string& text) {
+  const std::vector<double> v = parse_numbers(text);
+  if (v.size() != 6) throw InputError("'" + text + "' is not a box: give x0,y0,z0,x1,y1,z1");
+  config.fleet.task_box = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  config.box_given = true;
+}
+
+void apply_starts(RunConfig& config, const std::string& text) {
+  config.starts.clear();
+  std::istringstream items(text);
+  for (std::string item; std::getline(items, item, ';');) {
+    const std::vector<double> v = parse_numbers(item);
+    if (v.size() != 3 && v.size() != 4) throw InputError("'" + item + "' is not a start: give x,y,z or x,y,z,yaw_deg");
+    config.starts.push_back({{v[0], v[1], v[2]}, v.size() == 4 ? rad_from_deg(v[3]) : 0.0});
+  }
+}
+
+void apply_sensor(RunConfig& config, const std::string& text) {
+  config.fleet.sensor.kind =
+      choice<SensorKind>(text, {{"depth", SensorKind::kDepthCamera}, {"lidar", SensorKind::kLidar}});
+}
+
+void apply_fov(RunConfig& config, const std::string& text) {
+  const FieldOfView fov = parse_fov(text);
+  config.fleet.sensor.azimuth_fov_rad = rad_from_deg(fov.azimuth_deg);
+  config.fleet.sensor.elevation_lo_rad = rad_from_deg(fov.elevation_lo_deg);
+  config.fleet.sensor.elevation_hi_rad = rad_from_deg(fov.elevation_hi_deg);
+}
+
+void apply_rays(RunConfig& config, const std::string& text) {
+  SensorModel& sensor = config.fleet.sensor;
+  std::tie(sensor.rays_azimuth, sensor.rays_elevation) = parse_size(text);
+}
+
+void apply_layers(RunConfig& config, const std::string& text) {
+  config.fleet.layers_m = text == "auto" ? std::vector<double>{} : parse_numbers(text);
+}
+
+void apply_samples(RunConfig& config, const std::string& text) {
+  const std::uint64_t samples = parse_count(text);
+  if (samples > 10'000'000) throw InputError("'" + text + "' samples per scan are too many");
+  config.fleet.sensor.samples_per_scan = static_cast<int>(samples);
+}
+
+const std::vector<Entry>& task_entries() {
+  static const std::vector<Entry> entries = {
+      {{"world", "", "FILE", "world file"}, "", [](RunConfig& c, const std::string& t) { c.world = t; }},
+      {{"extrude_height_m", "--extrude-height", "M", "height of the walls of .pgm maps"},
+       "2.5",
+       number([](RunConfig& c) -> double& { return c.world_options.extrude_height_m; })},
+      {{"point_size_m", "--point-size", "M", "edge of the voxel that a cloud's point fills"},
+       "0.1",
+       number([](RunConfig& c) -> double& { return c.world_options.point_size_m; })},
+      {{"voxel_size_m", "--voxel-size", "M", "edge of a cell of a .3dmap"}, "1", number([](RunConfig& c) -> double& {
+         return c.world_options.voxel_size_m;
+       })},
+      {{"box", "--box", "x0,y0,z0,x1,y1,z1", "what is to be explored, metres (default: the world's bounds)"},
+       "",
+       apply_box},
+      {{"uavs", "--uavs", "N", "number of UAVs, 1 to 64 (default: the number of starts)"},
+       "",
+       [](RunConfig& c, const std::string& t) { c.uavs = parse_count(t); }},
+      {{"starts", "", "", "list of [x, y, z, yaw_deg]"}, "", apply_starts},
+      {{"mode", "--mode", "slice|volume", "fly in horizontal layers, or anywhere"},
+       "volume",
+       [](RunConfig& c, const std::string& t) {
+         c.fleet.mode =
+             choice<explore::Mode>(t, {{"slice", explore::Mode::kSlice}, {"volume", explore::Mode::kVolume}});
+       }},
+      {{"planner", "--planner", "NAME", "astar or apf"},
+       "astar",
+       [](RunConfig& c, const std::string& t) { c.fleet.planner = known_name(t, planning3d::planner_names()); }},
+      {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
+       "",
+       [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},
+      {{"layers", "--layers", "z1,z2,..|auto", "heights of the layers in slice mode, metres"}, "auto", apply_layers},
+  };
+  return entries;
+}
+
+const std::vector<Entry>& sensor_entries() {
+  static const std::vector<Entry> entries = {
+      {{"sensor", "--sensor", "depth|lidar", "range sensor"}, "depth", apply_sensor},
+      {{"fov_deg", "--fov-deg", "HxV|HxLO..HI", "field of view, as 90x73.7 or 360x-7..45"}, "", apply_fov},
+      {{"range_m", "--range", "M", "largest range"}, "", number([](RunConfig& c) -> double& {
+         return c.fleet.sensor.max_range_m;
+       })},
+      {{"min_range_m", "--min-range", "M", "smallest range"}, "0.1", number([](RunConfig& c) -> double& {
+         return c.fleet.sensor.min_range_m;
+       })},
+      {{"rate_hz", "--rate-hz", "HZ", "scans per second"}, "10", number([](RunConfig& c) -> double& {
+         return c.fleet.sensor.rate_hz;
+       })},
+      {{"rays", "--rays", "HxV", "rays per scan: columns x rows (lidar: lattice)"}, "", apply_rays},
+      {{"samples", "--samples", "N", "lidar: rays drawn from the lattice per scan, 0 = all"}, "0", apply_samples},
+      {{"noise", "--noise", "on|off", "noise, quantisation and drop-outs of a stereo camera"},
+       "off",
+       on_off([](RunConfig& c) -> bool& { return c.noise; })},
+      {{"remove_outliers", "", "", "statistical outlier removal"}, "off", on_off([](RunConfig& c) -> bool& {
+         return c.fleet.cloud.remove_outliers;
+       })},
+      {{"cloud_voxel_m", "", "", "voxel-grid filter of the returns, 0 = off"}, "0", number([](RunConfig& c) -> double& {
+         return c.fleet.cloud.voxel_m;
+       })},
+      {{"fellow_radius_m", "", "", "returns this near to a fellow UAV are dropped"},
+       "0.5",
+       number([](RunConfig& c) -> double& { return c.fleet.cloud.fellow_radius_m; })},
+  };
+  return entries;
+}
+
+const std::vector<Entry>& motion_entries() {
+  static const std::vector<Entry> entries = {
+      {{"motion", "--motion", "limited|step", "motion model"},
+       "limited",
+       [](RunConfig& c, const std::string& t) {
+         using explore::MotionModel;
+         c.fleet.motion = choice<MotionModel>(t, {{"limited", MotionModel::kLimited}, {"step", MotionModel::kStep}});
+       }},
+      {{"step_delta_m", "", "", "step motion: distance per step"}, "0.12", number([](RunConfig& c) -> double& {
+         return c.fleet.step_delta_m;
+       })},
+      {{"step_period_s", "", "", "step motion: duration of a step"}, "0.1", number([](RunConfig& c) -> double& {
+         return c.fleet.step_period_s;
+       })},
+      {{"vmax_mps", "--vmax", "M/S", "largest speed"}, "2", number([](RunConfig& c) -> double& {
+         return c.fleet.limits.speed_mps;
+       })},
+      {{"amax_mps2", "--amax", "M/S2", "largest acceleration"}, "2", number([](RunConfig& c) -> double& {
+         return c.fleet.limits.acceleration_mps2;
+       })},
+      {{"yaw_rate_deg", "--yaw-rate-deg", "DEG/S", "largest turning rate"},
+       "90",
+       angle_deg([](RunConfig& c) -> double& { return c.fleet.limits.yaw_rate_radps; })},
+      {{"yaw_acc_deg", "--yaw-acc-deg", "DEG/S2", "largest turning acceleration"},
+       "90",
+       angle_deg([](RunConfig& c) -> double& { return c.fleet.limits.yaw_acceleration_radps2; })},
+      {{"limits_norm", "", "", "euclidean or per_axis"},
+       "euclidean",
+       [](RunConfig& c, const std::string& t) {
+         using Norm = MotionLimits::Norm;
+         c.fleet.limits.norm = choice<Norm>(t, {{"euclidean", Norm::kEuclidean}, {"per_axis", Norm::kPerAxis}});
+       }},
+      {{"robot_radius_m", "--robot-radius", "M", "radius of a UAV"}, "0.2", number([](RunConfig& c) -> double& {
+         return c.fleet.robot.radius_m;
+       })},
+      {{"robot_margin_m", "", "", "planning keeps this much more"}, "0", number([](RunConfig& c) -> double& {
+         return c.fleet.robot.margin_m;
+       })},
+      {{"fellow_clearance_m", "", "", "least distance between two UAVs' centres"},
+       "0.6",
+       number([](RunConfig& c) -> double& { return c.fleet.fellow_clearance_m; })},
+      {{"takeoff_height_m", "", "", "height of the take-off"}, "1", number([](RunConfig& c) -> double& {
+         return c.fleet.takeoff_height_m;
+       })},
+      {{"start_bubble_m", "", "", "radius around a start that is assumed free"},
+       "0.6",
+       number([](RunConfig& c) -> double& { return c.fleet.start_bubble_m; })},
+      {{"radial_scan", "", "", "turn around once after take-off"}, "on", on_off([](RunConfig& c) -> bool& {
+         return c.fleet.radial_scan;
+       })},
+      {{"radial_scan_rate_deg", "", "", "turning rate of the radial scan"},
+       "45.83662361046586",
+       angle_deg([](RunConfig& c) -> double& { return c.fleet.radial_scan_radps; })},
+  };
+  return entries;
+}
+
+const std::vector<Entry>& run_entries() {
+  static const std::vector<Entry> entries = {
+      {{"resolution_m", "--resolution", "M", "edge of the map's voxels"}, "0.1", number([](RunConfig& c) -> double& {
+         return c.fleet.resolution_m;
+       })},
+      {{"p_hit", "", "", "OctoMap's sensor model"}, "0.7", number([](RunConfig& c) -> double& {
+         return c.fleet.occupancy.p_hit;
+       })},
+      {{"p_miss", "", "", "OctoMap's sensor model"}, "0.4", number([](RunConfig& c) -> double& {
+         return c.fleet.occupancy.p_miss;
+       })},
+      {{"clamp_min", "", "", "OctoMap's sensor model"}, "0.1192", number([](RunConfig& c) -> double& {
+         return c.fleet.occupancy.clamp_min;
+       })},
+      {{"clamp_max", "", "", "OctoMap's sensor model"}, "0.971", number([](RunConfig& c) -> double& {
+         return c.fleet.occupancy.clamp_max;
+       })},
+      {{"p_occupied", "", "", "OctoMap's sensor model"}, "0.5", number([](RunConfig& c) -> double& {
+         return c.fleet.occupancy.p_occupied;
+       })},
+      {{"discretize", "", "", "one ray per end voxel"}, "off", on_off([](RunConfig& c) -> bool& {
+         return c.fleet.discretize;
+       })},
+      {{"seed", "--seed", "S", "seed of everything random"},
+       "1",
+       [](RunConfig& c, const std::string& t) { c.fleet.seed = parse_count(t); }},
+      {{"time_limit_s", "--time-limit", "S", "simulated time after which the run ends"},
+       "1800",
+       number([](RunConfig& c) -> double& { return c.fleet.time_limit_s; })},
+      {{"target_coverage", "--target-coverage", "F", "end when this share is known; 1 = explore all"},
+       "1",
+       number([](RunConfig& c) -> double& { return c.target_coverage; })},
+      {{"charge_planning", "--charge-planning", "on|off", "planning time passes in the simulation too"},
+       "on",
+       on_off([](RunConfig& c) -> bool& { return c.fleet.charge_planning; })},
+      {{"plan_latency_s", "", "", "least time between deciding and turning"},
+       "0.1",
+       number([](RunConfig& c) -> double& { return c.fleet.plan_latency_s; })},
+      {{"replan_period_s", "", "", "a goal is reconsidered this often"}, "1.5", number([](RunConfig& c) -> double& {
+         return c.fleet.replan_period_s;
+       })},
+      {{"blacklist_radius_m", "", "", "around goals that failed"}, "0.6", number([](RunConfig& c) -> double& {
+         return c.fleet.blacklist_radius_m;
+       })},
+      {{"blacklist_time_s", "", "", "for goals that failed"}, "30", number([](RunConfig& c) -> double& {
+         return c.fleet.blacklist_time_s;
+       })},
+      {{"checkpoint_period_s", "", "", "wall time between checkpoints"}, "2", number([](RunConfig& c) -> double& {
+         return c.checkpoint_period_s;
+       })},
+  };
+  return entries;
+}
+
+std::vector<Entry> all_entries() {
+  std::vector<Entry> all;
+  for (const auto* group : {&task_entries(), &sensor_entries(), &motion_entries(), &run_entries()}) {
+    all.insert(all.end(), group->begin(), group->end());
+  }
+  return all;
+}
+
+void set_default(Settings& settings, const std::string& key, const std::string& text) {
+  settings.try_emplace(key, Setting{text, key});
+}
+
+/// A lidar's lattice has one ray per degree unless told otherwise.
+std::string default_rays(const Settings& settings, bool lidar) {
+  if (!lidar) return "160x120";
+  const FieldOfView fov = parse_fov(settings.at("fov_deg").text);
+  const bool whole_turn = fov.azimuth_deg >= 360.0;
+  const long columns = std::max(1L, std::lround(std::min(fov.azimuth_deg, 360.0)) + (whole_turn ? 0 : 1));
+  const long rows = std::lround(std::clamp(fov.elevation_hi_deg - fov.elevation_lo_deg, 0.0, 180.0)) + 1;
+  return std::to_string(columns) + "x" + std::to_string(rows);
+}
+
+[[noreturn]] void rethrow_with_origin(const Setting& setting, const InputError& error) {
+  throw InputError(setting.origin + ": " + error.what());
+}
+
+void add_dependent_defaults(Settings& settings, const RunConfig& config) {
+  const bool lidar = config.fleet.sensor.kind == SensorKind::kLidar;
+  set_default(settings, "coverage", config.fleet.mode == explore::Mode::kSlice ? "layers" : "frontiers");
+  set_default(settings, "fov_deg", lidar ? "360x-7..52" : "90x73.7");
+  set_default(settings, "range_m", lidar ? "10" : "5");
+  try {
+    set_default(settings, "rays", default_rays(settings, lidar));
+  } catch (const InputError& error) {
+    rethrow_with_origin(settings.at("fov_deg"), error);
+  }
+}
+
+}  // namespace
+
+const std::vector<SettingKey>& setting_keys() {
+  static const std::vector<SettingKey> keys = [] {
+    std::vector<SettingKey> found;
+    for (const Entry& entry : all_entries()) found.push_back(entry.key);
+    return found;
+  }();
+  return keys;
+}
+
+RunConfig resolve(Settings& settings) {
+  RunConfig config;
+  const std::vector<Entry> entries = all_entries();
+  for (const Entry& entry : entries) {
+    if (!entry.fallback.empty()) set_default(settings, std::string(entry.key.key), entry.fallback);
+  }
+  const auto apply = [&](const Entry& entry) {
+    const auto found = settings.find(std::string(entry.key.key));
+    if (found == settings.end()) return;
+    try {
+      entry.apply(config, found->second.text);
+    } catch (const InputError& error) {
+      rethrow_with_origin(found->second, error);
+    }
+  };
+  for (const Entry& entry : entries) {
+    if (entry.key.key == "sensor" || entry.key.key == "mode") apply(entry);
+  }
+  add_dependent_defaults(settings, config);
+  for (const Entry& entry : entries) apply(entry);
+  if (!settings.contains("uavs")) config.uavs = std::max<std::size_t>(1, config.starts.size());
+  return config;
+}
+
+void record_resolved(const RunConfig& config, Settings& settings) {
+  const auto joined = [](std::initializer_list<double> values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : ",") + format_number(value);
+    return text;
+  };
+  const Aabb& box = config.fleet.task_box;
+  const Eigen::Vector3d &lo = box.min_m, &hi = box.max_m;
+  set_default(settings, "box", joined({lo.x(), lo.y(), lo.z(), hi.x(), hi.y(), hi.z()}));
+  // Starts that were given keep their own text: degrees do not survive the way through radians bit by bit.
+  std::string starts;
+  const auto given = settings.find("starts");
+  std::istringstream given_texts(given == settings.end() ? "" : given->second.text);
+  for (const Start& start : config.starts) {
+    std::string text;
+    if (!std::getline(given_texts, text, ';')) {
+      const Eigen::Vector3d& p = start.position_m;
+      text = joined({p.x(), p.y(), p.z(), deg_from_rad(start.yaw_rad)});
+    }
+    starts += (starts.empty() ? "" : ";") + text;
+  }
+  settings["starts"] = {starts, "starts"};
+  settings["uavs"] = {std::to_string(config.uavs), "uavs"};
+  settings["world"].text = std::filesystem::absolute(config.world).lexically_normal().string();
+}
+
+const char* to_string(explore::Mode mode) { return mode == explore::Mode::kSlice ? "slice" : "volume"; }
+
+std::vector<std::string> RunConfig::problems() const {
+  std::vector<std::string> found;
+  if (world.empty()) found.emplace_back("no world given: name a world file");
+  if (uavs < 1 || uavs > kMostUavs) {
+    found.push_back("--uavs " + std::to_string(uavs) + ": the number of UAVs must be 1 to " +
+                    std::to_string(kMostUavs));
+  }
+  if (starts.size() > uavs) {
+    found.push_back("--start is given " + std::to_string(starts.size()) + " times for " + std::to_string(uavs) +
+                    " UAVs: raise --uavs or remove starts");
+  }
+  if (!(target_coverage > 0.0) || target_coverage > 1.0) {
+    found.emplace_back("--target-coverage must be above 0 and at most 1");
+  }
+  if (!(checkpoint_period_s >= 0.0)) found.emplace_back("checkpoint_period_s must not be negative");
+  if (!(world_options.extrude_height_m > 0.0)) found.emplace_back("--extrude-height must be positive");
+  if (!(world_options.point_size_m > 0.0)) found.emplace_back("--point-size must be positive");
+  if (!(world_options.voxel_size_m > 0.0)) found.emplace_back("--voxel-size must be positive");
+  explore::FleetConfig checked = fleet;
+  if (!box_given && fleet.task_box.empty()) {  // known only once the world is read
+    checked.task_box = {Eigen::Vector3d::Constant(-1e9), Eigen::Vector3d::Constant(1e9)};
+  }
+  const std::vector<std::string> more = checked.problems();
+  found.insert(found.end(), more.begin(), more.end());
+  const double voxels = fleet.task_box.volume_m3() / std::pow(fleet.resolution_m, 3);
+  if (fleet.resolution_m > 0.0 && voxels > kMostVoxels) {
+    found.emplace_back("--box holds more than 400 million voxels: make it smaller or raise --resolution");
+  }
+  return found;
+}
+
+void require_usable(const RunConfig& config) {
+  std::string all;
+  for (const std::string& problem : config.problems()) all += (all.empty() ? "" : "; ") + problem;
+  if (!all.empty()) throw InputError(all);
+}
+
+}  // namespace stairwell::apps

@@ -1,0 +1,153 @@
+#include "apps/run_config.hpp"
+#include "core/errors.hpp"
+#include "core/units.hpp"
+#include "test_world.hpp"
+
+#include <catch2/catch.hpp>
+
+namespace stairwell::apps {
+
+using Catch::Contains;
+using Catch::EndsWith;
+
+namespace {
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+Settings from_yaml(const std::string& text, const std::string& name = "c.yaml") {
+  Settings settings;
+  add_yaml_file(settings, testing::write_text(testing::fresh_folder("yaml") / name, text));
+  return settings;
+}
+
+}  // namespace
+
+TEST_CASE("defaults follow mode and sensor") {
+  Settings settings{{"world", {"a.sdf", "WORLD"}}};
+  const RunConfig camera = resolve(settings);
+  CHECK(camera.problems().empty());
+  CHECK(camera.fleet.coverage == "frontiers");
+  CHECK(camera.fleet.sensor.rays_azimuth == 160);
+  CHECK(camera.fleet.sensor.azimuth_fov_rad == Approx(rad_from_deg(90.0)));
+  CHECK(camera.fleet.sensor.max_range_m == 5.0);
+  CHECK(camera.fleet.radial_scan_radps == Approx(explore::FleetConfig{}.radial_scan_radps));
+  CHECK(camera.uavs == 1);
+
+  Settings lidar_settings{{"world", {"a.sdf", ""}}, {"sensor", {"lidar", ""}}, {"mode", {"slice", ""}}};
+  const RunConfig lidar = resolve(lidar_settings);
+  CHECK(lidar.fleet.coverage == "layers");
+  CHECK(lidar.fleet.sensor.rays_azimuth == 360);
+  CHECK(lidar.fleet.sensor.rays_elevation == 60);
+  CHECK(lidar.fleet.sensor.max_range_m == 10.0);
+
+  Settings mid360{{"sensor", {"lidar", ""}}, {"fov_deg", {"360x-7..45", ""}}};
+  CHECK(resolve(mid360).fleet.sensor.rays_elevation == 53);
+}
+
+TEST_CASE("later layers win: file, then --set, then options") {
+  Settings settings = from_yaml("vmax_mps: 1.0\namax_mps2: 1.5\nseed: 3\n");
+  add_assignment(settings, "amax_mps2=2.5");
+  add_assignment(settings, "seed=4");
+  settings["seed"] = {"5", "--seed"};
+  const RunConfig config = resolve(settings);
+  CHECK(config.fleet.limits.speed_mps == 1.0);
+  CHECK(config.fleet.limits.acceleration_mps2 == 2.5);
+  CHECK(config.fleet.seed == 5);
+}
+
+TEST_CASE("the resolved configuration reads back as the same run") {
+  Settings settings{{"world", {"/w/a.sdf", "WORLD"}},        {"starts", {"-9,0,0,33.3;1,2,3", "--start"}},
+                    {"box", {"-10,-10,0,10,10,4", "--box"}}, {"layers", {"1,2.5", "--layers"}},
+                    {"mode", {"slice", "--mode"}},           {"yaw_rate_deg", {"57.3", "--yaw-rate-deg"}}};
+  const RunConfig first = resolve(settings);
+  CHECK(first.uavs == 2);
+  record_resolved(first, settings);
+  Settings again = from_yaml(to_yaml(settings, "test"));
+  for (const auto& [key, setting] : settings) {
+    CAPTURE(key);
+    REQUIRE(again.contains(key));
+    CHECK(again.at(key).text == setting.text);
+  }
+  const RunConfig second = resolve(again);
+  CHECK(second.starts[0].yaw_rad == first.starts[0].yaw_rad);
+  CHECK(second.starts[1].position_m == first.starts[1].position_m);
+  CHECK(second.fleet.limits.yaw_rate_radps == first.fleet.limits.yaw_rate_radps);
+  CHECK(second.fleet.layers_m == first.fleet.layers_m);
+  CHECK(to_yaml(again, "test") == to_yaml(settings, "test"));
+}
+
+TEST_CASE("bad YAML is named by file, line and key") {
+  const auto says = [](const std::string& text) { return message_of([&] { from_yaml(text); }); };
+  CHECK_THAT(says("seed: 1\nspeeed: 3\n"), Contains("c.yaml:2") && Contains("speeed"));
+  CHECK_THAT(says("seed: [1, 2\n"), Contains("c.yaml:") && Contains("not valid YAML"));
+  CHECK_THAT(says(""), Contains("c.yaml") && Contains("empty"));
+  CHECK_THAT(says("- 1\n- 2\n"), Contains("map of key"));
+  CHECK_THAT(says("seed: 1\nseed: 2\n"), Contains("twice"));
+  CHECK_THAT(says("seed:\n"), Contains("no value"));
+  CHECK_THAT(says("seed: {a: 1}\n"), Contains("c.yaml:1") && Contains("seed"));
+  CHECK_THAT(message_of([] {
+               Settings settings;
+               add_yaml_file(settings, "/no/such.yaml");
+             }),
+             Contains("/no/such.yaml"));
+  CHECK_THAT(message_of([] {
+               Settings settings = from_yaml("mode: volume\nvmax_mps: fast\n");
+               resolve(settings);
+             }),
+             Contains("c.yaml:2") && Contains("vmax_mps") && Contains("'fast'"));
+  CHECK_THAT(message_of([] {
+               Settings settings = from_yaml("vmax_mps: [1, 2]\n");
+               resolve(settings);
+             }),
+             Contains("vmax_mps"));
+}
+
+TEST_CASE("a relative world is relative to the file that names it") {
+  const Settings settings = from_yaml("world: worlds/a.sdf\n");
+  CHECK_THAT(settings.at("world").text, EndsWith("yaml/worlds/a.sdf"));
+}
+
+TEST_CASE("every problem is listed") {
+  Settings settings{{"world", {"a.sdf", ""}},
+                    {"uavs", {"0", ""}},
+                    {"vmax_mps", {"-1", ""}},
+                    {"target_coverage", {"1.5", ""}},
+                    {"resolution_m", {"0", ""}}};
+  const RunConfig config = resolve(settings);
+  const std::string all = message_of([&] { require_usable(config); });
+  CHECK_THAT(all, Contains("--uavs 0") && Contains("target-coverage") && Contains("resolution"));
+  CHECK(config.problems().size() >= 4);
+  CHECK(all.find('\n') == std::string::npos);
+}
+
+TEST_CASE("every key has a default or may be left out, and unknown keys are refused") {
+  CHECK_THROWS_AS(
+      [] {
+        Settings s;
+        add_assignment(s, "nonsense=1");
+      }(),
+      InputError);
+  CHECK_THROWS_AS(
+      [] {
+        Settings s;
+        add_assignment(s, "seed");
+      }(),
+      InputError);
+  Settings settings;
+  resolve(settings);
+  for (const SettingKey& known : setting_keys()) {
+    const std::string key(known.key);
+    if (key == "world" || key == "box" || key == "uavs" || key == "starts") continue;
+    CAPTURE(key);
+    CHECK(settings.contains(key));
+  }
+}
+
+}  // namespace stairwell::apps
