@@ -167,6 +167,29 @@ TEST_CASE("a void does not lift the ceiling of the floor below it") {
   CHECK(storeys[1].area_m2 == Approx(48.0));
 }
 
+TEST_CASE("a void larger than its galleries ends the storey at the next floor") {
+  Canvas canvas({{-0.5, -0.5, -0.5}, {8.5, 8.5, 6.5}});
+  canvas.paint(Occupancy::kOccupied, {-0.1, -0.1, -0.1}, {8.1, 8.1, 5.8});
+  canvas.paint(Occupancy::kFree, {0, 0, 0}, {8, 8, 2.7});
+  canvas.paint(Occupancy::kFree, {0, 0, 3}, {8, 8, 5.7});
+  canvas.paint(Occupancy::kFree, {1, 1, 2.7}, {7, 7, 3});
+  const std::vector<Storey> storeys = canvas.storeys();
+  REQUIRE(storeys.size() == 2);
+  CHECK(storeys[0].ceiling_z_m == Approx(3.0));
+  CHECK(storeys[1].area_m2 == Approx(28.0));
+}
+
+TEST_CASE("boards without headroom above them are neither floors nor stand on one") {
+  Canvas canvas = two_rooms();
+  canvas.paint(Occupancy::kOccupied, {0, 0, 0.8}, {3, 5, 0.9});
+  canvas.paint(Occupancy::kOccupied, {0, 0, 1.6}, {3, 5, 1.7});
+  const std::vector<Storey> storeys = canvas.storeys();
+  REQUIRE(storeys.size() == 2);
+  CHECK(storeys[0].floor_z_m == Approx(0.0).margin(1e-9));
+  CHECK(storeys[0].area_m2 == Approx(15.0));
+  CHECK(storeys[0].ceiling_z_m == Approx(2.7));
+}
+
 TEST_CASE("nothing known, nothing occupied, nothing free: no storeys") {
   Canvas canvas({{0, 0, 0}, {3, 3, 3}});
   CHECK(canvas.storeys().empty());
