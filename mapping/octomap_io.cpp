@@ -129,12 +129,15 @@ OctomapFormat octomap_format_of(const std::filesystem::path& file) {
 }
 
 void write_octomap(const octomap::OcTree& tree, std::ostream& stream, OctomapFormat format) {
+  std::ostringstream content;  // OctoMap prints about streams that fail
   if (format == OctomapFormat::kFull) {
-    tree.write(stream);
+    tree.write(content);
   } else {
     octomap::OcTree copy(tree);  // writeBinary clamps what it writes
-    copy.writeBinary(stream);
+    copy.writeBinary(content);
   }
+  const std::string_view bytes = content.view();
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.flush();
 }
 
@@ -145,13 +148,16 @@ void save_octomap(const octomap::OcTree& tree, const std::filesystem::path& file
 }
 
 std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file) {
-  const std::string content = read_whole(file);
-  const OctomapHeader header = checked_octomap_header(content, file.string());
+  return parse_octree(read_whole(file), file.string());
+}
+
+std::unique_ptr<octomap::OcTree> parse_octree(std::string_view content, const std::string& name) {
+  const OctomapHeader header = checked_octomap_header(content, name);
   auto tree = std::make_unique<octomap::OcTree>(header.resolution_m);
   if (header.nodes == 0) {
     return tree;
   }
-  ByteBuffer buffer(std::string_view(content).substr(header.body));
+  ByteBuffer buffer(content.substr(header.body));
   std::istream stream(&buffer);
   if (header.format == OctomapFormat::kFull) {
     tree->readData(stream);
@@ -159,7 +165,7 @@ std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file) 
     tree->readBinaryData(stream);
   }
   if (!stream || tree->size() != header.nodes) {
-    throw InputError(file.string() + ": damaged OctoMap file");
+    throw InputError(name + ": damaged OctoMap file");
   }
   return tree;
 }

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <iosfwd>
 #include <memory>
+#include <string>
+#include <string_view>
 
 namespace octomap {
 class OcTree;
@@ -28,6 +30,8 @@ void write_octomap(const octomap::OcTree& tree, std::ostream& stream, OctomapFor
 
 /// Reads `.bt` or `.ot`. @throws InputError naming the file when it is missing, empty, truncated or not an OcTree.
 std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file);
+/// The same from a file's content; `name` begins every message.
+std::unique_ptr<octomap::OcTree> parse_octree(std::string_view content, const std::string& name);
 
 /// Copies the tree's leaves (expanded to single voxels) and its sensor model into a map over the tree's own bounding
 /// box, or over `grid`. @throws InputError for an empty tree, another resolution, or more than 5e8 voxels.
