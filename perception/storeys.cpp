@@ -61,9 +61,22 @@ struct Peak {
   std::size_t count = 0;
 };
 
-/// Levels with the most floor cells within a window, none nearer than `apart` to a larger one.
-std::vector<int> peak_levels(const std::vector<FloorCell>& cells, int levels, int window, int apart,
-                             std::size_t min_count, double min_share) {
+/// Free voxels of every horizontal layer.
+std::vector<std::size_t> free_counts(std::span<const Occupancy> cells, const GridSpec& grid) {
+  std::vector<std::size_t> counts;
+  const std::size_t layer = cells.size() / static_cast<std::size_t>(grid.size()[2]);
+  for (std::size_t begin = 0; begin < cells.size(); begin += layer) {
+    const auto slice = cells.subspan(begin, layer);
+    counts.push_back(static_cast<std::size_t>(std::count(slice.begin(), slice.end(), Occupancy::kFree)));
+  }
+  return counts;
+}
+
+/// Levels with the most floor cells within a window, none nearer than `apart` to a larger one, and with enough floor
+/// for the free space just above the window.
+std::vector<int> peak_levels(const std::vector<FloorCell>& cells, const std::vector<std::size_t>& free_in_layer,
+                             int window, int apart, std::size_t min_count, double min_share) {
+  const auto levels = static_cast<int>(free_in_layer.size());
   std::vector<std::size_t> below(static_cast<std::size_t>(levels) + 1, 0);
   for (const FloorCell& cell : cells) {
     ++below[static_cast<std::size_t>(cell.floor) + 1];
@@ -76,7 +89,8 @@ std::vector<int> peak_levels(const std::vector<FloorCell>& cells, int levels, in
   std::vector<Peak> peaks;
   for (int level = 0; level < levels; ++level) {
     const std::size_t count = count_between(level - window, level + window);
-    if (count >= min_count) {
+    const auto above = static_cast<std::size_t>(std::min(level + window, levels - 1));
+    if (count >= min_count && static_cast<double>(count) >= min_share * static_cast<double>(free_in_layer[above])) {
       peaks.push_back({level, count});
     }
   }
@@ -88,7 +102,7 @@ std::vector<int> peak_levels(const std::vector<FloorCell>& cells, int levels, in
   for (const Peak& peak : peaks) {
     const bool alone =
         std::none_of(kept.begin(), kept.end(), [&](int level) { return std::abs(level - peak.level) < apart; });
-    if (alone && static_cast<double>(peak.count) >= min_share * static_cast<double>(peaks.front().count)) {
+    if (alone) {
       kept.push_back(peak.level);
     }
   }
@@ -191,7 +205,8 @@ std::vector<Storey> detect_storeys(std::span<const Occupancy> cells, const GridS
   const std::vector<FloorCell> floors = floor_cells(cells, grid, apart);
   const double cell_area_m2 = grid.resolution_m() * grid.resolution_m();
   const auto min_count = static_cast<std::size_t>(std::max(1.0, std::ceil(config.min_area_m2 / cell_area_m2 - 1e-9)));
-  const std::vector<int> levels = peak_levels(floors, grid.size()[2], window, apart, min_count, config.min_share);
+  const std::vector<int> levels =
+      peak_levels(floors, free_counts(cells, grid), window, apart, min_count, config.min_share);
   std::vector<Storey> storeys;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const std::optional<int> next = i + 1 < levels.size() ? std::optional<int>(levels[i + 1]) : std::nullopt;

@@ -13,7 +13,7 @@ namespace stairwell::perception {
 
 struct StoreyConfig {
   double min_area_m2 = 4.0;   ///< floors smaller than this are furniture or steps
-  double min_share = 0.1;     ///< and smaller than this share of the largest floor
+  double min_share = 0.2;     ///< floor area over free area seen just above it: less is shelves or ledges in a hall
   double min_height_m = 1.5;  ///< two floors are at least this far apart, and this much above a floor is not solid
   double merge_m = 0.4;       ///< floor voxels within this height belong to one floor (noise, slight tilt)
 

@@ -148,10 +148,10 @@ TEST_CASE("noise of half the voxels by one cell and two per cent of wrong voxels
 TEST_CASE("a half-seen storey: the top of the seen free space stands for the ceiling") {
   Canvas canvas({{-0.5, -0.5, -0.5}, {6.5, 5.5, 6.5}});
   canvas.paint(Occupancy::kOccupied, {0, 0, -0.1}, {4, 4, 0});
-  canvas.paint(Occupancy::kFree, {0, 0, 0}, {4, 4, 1.6});
+  canvas.paint(Occupancy::kFree, {0, 0, 0}, {4, 4, 1.0});
   const std::vector<Storey> storeys = canvas.storeys();
   REQUIRE(storeys.size() == 1);
-  CHECK(storeys[0].ceiling_z_m == Approx(1.6));
+  CHECK(storeys[0].ceiling_z_m == Approx(1.0));
   CHECK(storeys[0].area_m2 == Approx(16.0));
 }
 
@@ -177,6 +177,27 @@ TEST_CASE("a void larger than its galleries ends the storey at the next floor") 
   REQUIRE(storeys.size() == 2);
   CHECK(storeys[0].ceiling_z_m == Approx(3.0));
   CHECK(storeys[1].area_m2 == Approx(28.0));
+}
+
+TEST_CASE("high shelves in a hall are not storeys, a small part of a storey is one") {
+  Canvas canvas({{-0.5, -0.5, -0.5}, {12.5, 12.5, 10.5}});
+  canvas.paint(Occupancy::kOccupied, {-0.1, -0.1, -0.1}, {12.1, 12.1, 10.1});
+  canvas.paint(Occupancy::kFree, {0, 0, 0}, {12, 12, 10});
+  for (int i = 1; i <= 4; ++i) {
+    canvas.paint(Occupancy::kOccupied, {2, 4, 1.8 * i}, {10, 5.2, 1.8 * i + 0.1});
+    canvas.paint(Occupancy::kOccupied, {2, 7, 1.8 * i}, {10, 8.2, 1.8 * i + 0.1});
+  }
+  const std::vector<Storey> hall = canvas.storeys();
+  REQUIRE(hall.size() == 1);
+  CHECK(hall[0].ceiling_z_m == Approx(10.0));
+
+  Canvas house = two_rooms();
+  house.paint(Occupancy::kUnknown, {-1, -1, 2.7}, {3.4, 9, 9});
+  house.paint(Occupancy::kUnknown, {3.4, -1, 2.7}, {9, 1.2, 9});
+  const std::vector<Storey> storeys = house.storeys();  // above the opening and a little around it
+  REQUIRE(storeys.size() == 2);
+  CHECK(storeys[1].floor_z_m == Approx(3.0));
+  CHECK(storeys[1].area_m2 < 6.5);
 }
 
 TEST_CASE("boards without headroom above them are neither floors nor stand on one") {
