@@ -4,6 +4,7 @@
 #include "tests/explore/toy_building.hpp"
 
 #include <catch2/catch.hpp>
+#include <octomap/OcTree.h>
 
 #include <filesystem>
 #include <limits>
