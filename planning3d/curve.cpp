@@ -130,7 +130,9 @@ bool RoundedPath::tighten_near(const Eigen::Vector3d& at_m) {
 FlownCurve flown_curve(const Trajectory& flying, double from_s) {
   FlownCurve flown;
   const double step_s = 0.5 * Trajectory::kStep_s;
-  for (double time_s = from_s;; time_s += step_s) {
+  // On the grid of the states, so that a rest between two legs is met.
+  double steps = std::floor((from_s - flying.start_time_s()) / step_s + 1e-6);
+  for (double time_s = from_s;; time_s = flying.start_time_s() + ++steps * step_s) {
     const MotionState state = flying.sample(time_s);
     const double speed_mps = state.velocity_mps.norm();
     if (speed_mps < kRest_mps || time_s >= flying.end_time_s()) {

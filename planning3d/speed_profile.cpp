@@ -10,16 +10,24 @@ namespace {
 
 constexpr double kLeastSquaredSpeed = 1e-6;  // inner nodes; keeps travel times finite
 
+constexpr double kStoredShare = 0.999;  // between nodes the stored value may round above the limit
+
+double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
+  return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
+}
+
 /// One piece of the curve between two nodes.
 struct Piece {
   double length_m;
-  Eigen::Vector3d along;
+  Eigen::Vector3d along[3];    ///< unit tangents at its start, middle and end
   Eigen::Vector3d bend_per_m;  ///< curvature vector: change of the unit tangent per metre
 };
 
 Piece piece_of(const Curve& curve, std::size_t i) {
   const double length_m = curve.arc_m[i + 1] - curve.arc_m[i];
-  return {length_m, tangent_between(curve, i, 0.5), (curve.tangent[i + 1] - curve.tangent[i]) / length_m};
+  return {length_m,
+          {curve.tangent[i], tangent_between(curve, i, 0.5), curve.tangent[i + 1]},
+          (curve.tangent[i + 1] - curve.tangent[i]) / length_m};
 }
 
 /// Most tangential acceleration in direction `sign` while turning at squared speed `u`.
@@ -30,19 +38,18 @@ double spare_acceleration(const Piece& piece, double u, double sign, const Motio
     return across >= most ? 0.0 : std::sqrt(most * most - across * across);
   }
   double spare = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double along = sign * piece.along[axis];
-    if (std::abs(along) < 1e-9) continue;
-    const double across = u * piece.bend_per_m[axis];
-    spare = std::min(spare, (most - (along > 0.0 ? across : -across)) / std::abs(along));
+  for (const Eigen::Vector3d& along : piece.along) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double share_of_axis = sign * along[axis];
+      if (std::abs(share_of_axis) < 1e-9) continue;
+      const double across = u * piece.bend_per_m[axis];
+      spare = std::min(spare, (most - (share_of_axis > 0.0 ? across : -across)) / std::abs(share_of_axis));
+    }
   }
   return std::max(0.0, spare);
 }
 
-double bend_size(const Piece& piece, const MotionLimits& limits) {
-  return limits.norm == MotionLimits::Norm::kEuclidean ? piece.bend_per_m.norm()
-                                                       : piece.bend_per_m.cwiseAbs().maxCoeff();
-}
+double bend_size(const Piece& piece, const MotionLimits& limits) { return size_of(piece.bend_per_m, limits.norm); }
 
 /// Largest squared speed at the far node, at most `ceiling`, when leaving the near one with `u` (the same holds
 /// backwards in time).
@@ -126,7 +133,8 @@ double travel_time_s(const Curve& curve, const std::vector<double>& squared_spee
   return time_s;
 }
 
-std::vector<MotionState> timed_states(const Curve& curve, const std::vector<double>& squared_speed) {
+std::vector<MotionState> timed_states(const Curve& curve, const std::vector<double>& squared_speed,
+                                      const MotionLimits& limits) {
   std::vector<MotionState> states;
   double node_s = 0.0;
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
@@ -146,6 +154,8 @@ std::vector<MotionState> timed_states(const Curve& curve, const std::vector<doub
       state.position_m = point_between(curve, i, u);
       state.velocity_mps = speed_mps * along;
       state.acceleration_mps2 = acceleration * along + speed_mps * speed_mps * bend_per_m;
+      const double asked = size_of(state.acceleration_mps2, limits.norm) / (kStoredShare * limits.acceleration_mps2);
+      if (asked > 1.0) state.acceleration_mps2 /= asked;
       states.push_back(state);
     }
     node_s += duration_s;

@@ -24,7 +24,8 @@ std::optional<std::vector<double>> squared_speeds(const Curve& curve, const Moti
 FlownCurve hardest_stop(const FlownCurve& flown, const MotionLimits& limits, const LimitShares& shares);
 
 /// States every Trajectory::kStep_s: constant tangential acceleration between nodes. Yaw is left at zero.
-std::vector<MotionState> timed_states(const Curve& curve, const std::vector<double>& squared_speed);
+std::vector<MotionState> timed_states(const Curve& curve, const std::vector<double>& squared_speed,
+                                      const MotionLimits& limits);
 
 double travel_time_s(const Curve& curve, const std::vector<double>& squared_speed);
 

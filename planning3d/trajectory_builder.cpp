@@ -18,9 +18,10 @@ constexpr double kYawShare = 0.98;
 constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a step or two) before it sets off
 constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner
 constexpr double kHeadingSpeed_mps = 0.1;  // horizontal; slower flight gives no heading to look along
+constexpr double kLeastLeg_m = 0.05;
 constexpr int kMaxTightenings = 24;
 constexpr LimitShares kCautious{};
-constexpr LimitShares kFirm{0.995, 0.99, 0.97};  // when the motion under way leaves no choice
+constexpr LimitShares kFirm{0.995, 0.985, 0.97};  // when the motion under way leaves no choice
 
 using Path = std::vector<Eigen::Vector3d>;
 
@@ -58,6 +59,12 @@ Path rest_of_path(const Path& path_m, const Eigen::Vector3d& from_m, double sear
   return rest_m;
 }
 
+/// Corners a few millimetres from the start would ask for turns within millimetres.
+void drop_corners_near_start(Path& way_m, std::size_t first) {
+  const auto from = way_m.begin() + static_cast<std::ptrdiff_t>(first);
+  while (from + 1 < way_m.end() - 1 && (*(from + 1) - *from).norm() < kLeastLeg_m) way_m.erase(from + 1);
+}
+
 /// The polyline rounded as widely as the space allows; nullopt where even tight corners do not fit.
 std::optional<Curve> free_curve(const FreeSpace& space, const SafetyCheck& check, const Path& corners_m,
                                 const Curve& lead_in) {
@@ -79,7 +86,7 @@ std::optional<Ride> ride_along(const Curve& curve, const MotionLimits& limits, c
   auto speeds = squared_speeds(curve, limits, start_mps, kCautious);
   if (!speeds && start_mps > 0.0) speeds = squared_speeds(curve, limits, start_mps, kFirm);
   if (!speeds) return std::nullopt;
-  Ride ride{timed_states(curve, *speeds)};
+  Ride ride{timed_states(curve, *speeds, limits)};
   ride.states.front().position_m = start.position_m;
   ride.states.front().velocity_mps = start.velocity_mps;
   return ride;
@@ -91,6 +98,7 @@ std::vector<Path> ways_from_rest(const Path& path_m, const Eigen::Vector3d& from
   for (const double ahead_m : {0.0, 0.3, 0.8}) {
     Path way_m = rest_of_path(path_m, from_m, 2.0, ahead_m);
     way_m.insert(way_m.begin(), from_m);
+    drop_corners_near_start(way_m, 0);
     ways.push_back(std::move(way_m));
     if (ahead_m == 0.0 && (ways.front()[1] - from_m).norm() < 0.02) break;  // on the path
   }
@@ -155,8 +163,9 @@ std::vector<Ride> moving_rides(const FreeSpace& space, const SafetyCheck& check,
       const double ahead_m = 0.2 + reach * stopping_m;
       Path way_m = rest_of_path(path_m, from_m, stopping_m + 2.0, 2.0 * ahead_m);
       const double straight_m = std::min(0.6 * ahead_m, 0.5 * (way_m.front() - from_m).norm());
-      if (straight_m < 0.02) continue;
+      if (straight_m < kLeastLeg_m) continue;
       way_m.insert(way_m.begin(), {from_m, from_m + straight_m * along});
+      drop_corners_near_start(way_m, 1);
       const auto curve = free_curve(space, check, way_m, lead_in);
       if (!curve) continue;
       if (auto ride = ride_along(*curve, limits, start)) rides.push_back(std::move(*ride));
@@ -237,6 +246,28 @@ bool usable(const TrajectoryRequest& request) {
                      [](const Eigen::Vector3d& p) { return p.array().isFinite().all(); });
 }
 
+/// Straight on to rest: for speeds that take less than a millimetre to lose.
+Ride short_stop(const MotionState& start, const MotionLimits& limits) {
+  Ride ride{{start}};
+  const double speed_mps = start.velocity_mps.norm();
+  const Eigen::Vector3d along = start.velocity_mps.normalized();
+  double brake = kFirm.acceleration * limits.acceleration_mps2;
+  if (limits.norm == MotionLimits::Norm::kPerAxis) brake /= along.cwiseAbs().maxCoeff();
+  ride.states.front().acceleration_mps2 = -brake * along;
+  const double duration_s = speed_mps / brake;
+  while (Trajectory::kStep_s * static_cast<double>(ride.states.size()) < duration_s) {
+    const double time_s = Trajectory::kStep_s * static_cast<double>(ride.states.size());
+    MotionState state = ride.states.front();
+    state.position_m += (speed_mps - 0.5 * brake * time_s) * time_s * along;
+    state.velocity_mps = (speed_mps - brake * time_s) * along;
+    ride.states.push_back(state);
+  }
+  MotionState rest;
+  rest.position_m = start.position_m + 0.5 * speed_mps * duration_s * along;
+  ride.states.push_back(rest);
+  return ride;
+}
+
 /// Brakes on the curve being flown; a single state at rest when it is not moving.
 Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits& limits) {
   const MotionState start = flying.sample(depart_s);
@@ -244,9 +275,9 @@ Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits&
   if (stop.curve.size() < 2) {
     MotionState rest;
     rest.position_m = start.position_m;
-    return start.velocity_mps.isZero(0.0) ? Ride{{rest}} : Ride{{start, rest}};
+    return start.velocity_mps.isZero(0.0) ? Ride{{rest}} : short_stop(start, limits);
   }
-  Ride ride{timed_states(stop.curve, stop.squared_speed)};
+  Ride ride{timed_states(stop.curve, stop.squared_speed, limits)};
   ride.states.front().position_m = start.position_m;
   ride.states.front().velocity_mps = start.velocity_mps;
   return ride;

@@ -82,10 +82,15 @@ TEST_CASE("trajectories keep to limits, space and the motion under way", "[traje
       if (state.velocity_mps.norm() > 0.1) ++moving;
       if (!trajectory) {
         ++refused;
+        WARN("refused: world " << world_number << " path " << checkers::path_problem(space, plan.path_m) << " start "
+                               << checkers::place_problem(space, state.position_m, 0.0) << " v "
+                               << state.velocity_mps.norm());
         continue;
       }
       ++built;
       check_join(flying, *trajectory, now_s);
+      CAPTURE(limits.speed_mps, limits.acceleration_mps2, limits.norm == MotionLimits::Norm::kPerAxis,
+              state.velocity_mps, plan.path_m.size());
       CHECK(checkers::motion_problem(*trajectory, limits) == "");
       CHECK(checkers::motion_space_problem(space, *trajectory) == "");
       CHECK((trajectory->states().back().position_m - plan.path_m.back()).norm() < 1e-12);
