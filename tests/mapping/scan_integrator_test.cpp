@@ -1,11 +1,13 @@
 #include "mapping/scan_integrator.hpp"
 
+#include "core/errors.hpp"
 #include "core/rng.hpp"
 #include "core/units.hpp"
 #include "octomap_reference.hpp"
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <limits>
 
 using namespace stairwell;
@@ -107,5 +109,109 @@ TEST_CASE("integrated scans leave OctoMap's .ot file byte for byte", "[integrato
         REQUIRE((ot_bytes(map.octree()) == ot_bytes(tree)));
       }
     }
+  }
+}
+
+TEST_CASE("a map of a part of space gets the same values there", "[integrator]") {
+  // Sensors and returns lie inside and outside of the small box; within it nothing may differ.
+  const bool discretize = GENERATE(false, true);
+  const double resolution_m = 0.1;
+  Rng rng = make_rng(8, discretize ? "clipped-discrete" : "clipped-exact");
+  for (int round = 0; round < 25; ++round) {
+    const Eigen::Vector3d lo_m(rng.uniform(-3.0, 0.0), rng.uniform(-3.0, 0.0), rng.uniform(-3.0, 0.0));
+    const Eigen::Vector3d size_m(rng.uniform(0.2, 3.0), rng.uniform(0.2, 3.0), rng.uniform(0.2, 3.0));
+    const GridSpec grid({lo_m, lo_m + size_m}, resolution_m);
+    OccupancyMap part(grid);
+    OccupancyMap whole(wide_grid(resolution_m));
+    ScanIntegrator integrator({discretize});
+    ScanIntegrator whole_integrator({discretize});
+    for (int i = 0; i < 4; ++i) {
+      const Scan scan = (round + i) % 2 == 0 ? random_scan(rng, 200) : lattice_scan(rng, 200, resolution_m);
+      integrator.integrate(scan, part);
+      whole_integrator.integrate(scan, whole);
+    }
+    for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+      const VoxelIndex v = grid.voxel(i);
+      const float found = part.log_odds(v);
+      const float expected = whole.log_odds(whole.grid().index_of(grid.center_of(v)));
+      REQUIRE((found == expected || (std::isnan(found) && std::isnan(expected))));
+    }
+  }
+}
+
+TEST_CASE("statistics count what was done", "[integrator]") {
+  OccupancyMap map(wide_grid(0.1));
+  ScanIntegrator integrator;
+  Scan scan;
+  scan.T_world_sensor.translation() = Eigen::Vector3d(0.05, 0.05, 0.05);
+  scan.points_m = {{1.0F, 0.0F, 0.0F}, {1.0F, 0.0F, 0.0F}, {0.0F, 20.0F, 0.0F}, {NAN, 0.0F, 0.0F}};
+  scan.max_range_m = 2.0;
+  const IntegrationStats stats = integrator.integrate(scan, map);
+  CHECK(stats.points == 4);
+  CHECK(stats.dropped_not_finite == 1);
+  CHECK(stats.ray_steps == 10 + 10 + 20);
+  CHECK(stats.voxels_updated == 10 + 1 + 19);
+  CHECK(stats.voxels_changed == stats.voxels_updated);
+  CHECK(map.known_voxels() == stats.voxels_changed);
+  CHECK(map.occupied_voxels() == 1);
+  const IntegrationStats again = integrator.integrate(scan, map);
+  CHECK(again.voxels_updated == stats.voxels_updated);
+  CHECK(again.voxels_changed == 0);
+}
+
+TEST_CASE("extreme numbers neither crash nor hang", "[integrator]") {
+  const bool discretize = GENERATE(false, true);
+  OccupancyMap map(GridSpec({Eigen::Vector3d::Constant(-1.0), Eigen::Vector3d::Constant(1.0)}, 0.1));
+  ScanIntegrator integrator({discretize});
+  Scan scan;
+  for (const double range_m : {-1.0, 0.0, 1e-30, 5.0, 1e30, static_cast<double>(INFINITY)}) {
+    scan.max_range_m = range_m;
+    scan.points_m.clear();
+    for (const float far : {1e-45F, 1e-30F, 1e-20F, 1e-8F, 3276.7F, 3276.8F, 1e5F, 2.2e8F, 1e20F, 3e38F}) {
+      scan.points_m.push_back({far, far, far});
+      scan.points_m.push_back({-far, -far, far});
+      scan.points_m.push_back({-far, 0.0F, 0.0F});
+      scan.points_m.push_back({0.3F, -far, far});
+    }
+    CHECK_NOTHROW(integrator.integrate(scan, map));
+  }
+  scan.max_range_m = NAN;
+  CHECK_THROWS_AS(integrator.integrate(scan, map), InputError);
+  scan.max_range_m = 5.0;
+  scan.T_world_sensor.translation().x() = NAN;
+  CHECK_THROWS_AS(integrator.integrate(scan, map), InputError);
+  scan.T_world_sensor.translation().x() = 1e6;
+  CHECK_THROWS_AS(integrator.integrate(scan, map), InputError);
+  scan.T_world_sensor.translation().x() = 50.0;  // far outside the box, and looking away from it
+  scan.points_m = {{1.0F, 0.0F, 0.0F}};
+  OccupancyMap untouched(map.grid());
+  CHECK(integrator.integrate(scan, untouched).voxels_updated == 0);
+  CHECK(untouched.known_voxels() == 0);
+}
+
+TEST_CASE("the ends of the key space and large worlds match OctoMap", "[integrator]") {
+  Rng rng = make_rng(9, "ends");
+  const double resolution_m = 0.1;
+  // One corner of the key space; 1500 voxels along one axis.
+  const Eigen::Vector3d corner_m = Eigen::Vector3d::Constant(3276.8);
+  OccupancyMap map(GridSpec({corner_m - Eigen::Vector3d(150.0, 6.0, 6.0), corner_m}, resolution_m));
+  octomap::OcTree tree(resolution_m);
+  ScanIntegrator integrator;
+  for (int i = 0; i < 6; ++i) {
+    Scan scan;
+    scan.T_world_sensor.translation() = corner_m - Eigen::Vector3d(rng.uniform(1.0, 140.0), 3.0, 3.0);
+    scan.max_range_m = -1.0;
+    for (int k = 0; k < 60; ++k) {
+      const double reach_m = rng.uniform(-1.0, 1.0);
+      scan.points_m.push_back({static_cast<float>(100.0 * reach_m * reach_m * reach_m),
+                               static_cast<float>(rng.uniform(-2.5, 2.5)), static_cast<float>(rng.uniform(-2.5, 2.5))});
+    }
+    std::erase_if(scan.points_m, [&](const Eigen::Vector3f& p) {
+      const double x_m = scan.T_world_sensor.translation().x() + static_cast<double>(p.x());
+      return x_m < corner_m.x() - 149.0 || x_m > corner_m.x() - 0.2;
+    });
+    integrator.integrate(scan, map);
+    insert_scan(tree, scan, false);
+    REQUIRE((ot_bytes(map.octree()) == ot_bytes(tree)));
   }
 }
