@@ -4,6 +4,8 @@
 #include "planning3d/planner.hpp"
 #include "planning3d/safety_check.hpp"
 
+#include <octomap/OcTree.h>
+
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
