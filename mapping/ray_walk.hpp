@@ -7,9 +7,11 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 
 namespace stairwell::mapping {
 
@@ -50,14 +52,21 @@ class RayLattice {
   double per_m_;
 };
 
+/// Where one return leads: the walk's end point, and whether its voxel was hit.
+struct RayEnd {
+  Eigen::Vector3f end_m;
+  LatticeKey end_key;
+  bool hit = false;
+};
+
 /// Walks the rays of one scan through its window.
 class RayWalker {
  public:
   RayWalker(const RayLattice& lattice, const Eigen::Vector3f& origin_m, const LatticeKey& origin_key)
       : lattice_(lattice), origin_m_(origin_m), origin_key_(origin_key) {}
 
-  /// Marks every voxel from the origin up to, not including, the end voxel. @return voxels visited
-  std::size_t walk(const Eigen::Vector3f& end_m, const LatticeKey& end_key, ScanWindow& window) const;
+  /// Marks every voxel from the origin up to, not including, each end voxel. @return voxels visited
+  std::size_t walk(std::span<const RayEnd> ends, ScanWindow& window) const;
 
  private:
   struct Ray {
@@ -66,9 +75,9 @@ class RayWalker {
     std::array<double, 3> t_delta{};
     double length = 0.0;
   };
+  struct Feed;
   /// False for a ray whose length underflows or overflows: nothing but its first voxel can be relied on.
   bool start(const Eigen::Vector3f& end_m, Ray& ray) const;
-  static std::size_t walk_inside(Ray& ray, const LatticeKey& from, const LatticeKey& to, ScanWindow& window);
   static std::size_t walk_clipped(Ray& ray, LatticeKey key, const LatticeKey& end_key, ScanWindow& window);
 
   RayLattice lattice_;

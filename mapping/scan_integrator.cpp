@@ -11,13 +11,6 @@ namespace stairwell::mapping {
 
 namespace {
 
-/// Where one return leads: the walk's end point, and whether the end voxel was hit.
-struct Ray {
-  Eigen::Vector3f end_m;
-  LatticeKey end_key;
-  bool hit = false;
-};
-
 /// One ray for every voxel that holds a return, to the voxel's centre
 /// (octomap::OccupancyOcTreeBase::computeDiscreteUpdate).
 void keep_one_per_voxel(const RayLattice& lattice, std::vector<Eigen::Vector3f>& points_m) {
@@ -39,7 +32,7 @@ void keep_one_per_voxel(const RayLattice& lattice, std::vector<Eigen::Vector3f>&
 
 /// octomap::OccupancyOcTreeBase::computeUpdate for one point: true if there is anything to walk or to mark.
 bool make_ray(const RayLattice& lattice, const Eigen::Vector3f& origin_m, const Eigen::Vector3f& point_m,
-              double max_range_m, Ray& ray) {
+              double max_range_m, RayEnd& ray) {
   const Eigen::Vector3f offset_m = point_m - origin_m;
   const double distance_m = octomap_norm(offset_m);
   ray.hit = max_range_m < 0.0 || distance_m <= max_range_m;
@@ -76,7 +69,7 @@ std::vector<Eigen::Vector3f> world_points_of(const Scan& scan) {
 struct ScanIntegrator::Impl {
   Config config;
   ScanWindow window;
-  std::vector<Ray> rays;
+  std::vector<RayEnd> rays;
 };
 
 ScanIntegrator::ScanIntegrator() : ScanIntegrator(Config{}) {}
@@ -105,10 +98,10 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
   }
 
   LatticeBox reach{origin_key, origin_key};
-  std::vector<Ray>& rays = impl_->rays;
+  std::vector<RayEnd>& rays = impl_->rays;
   rays.clear();
   for (const Eigen::Vector3f& point_m : points_m) {
-    Ray ray;
+    RayEnd ray;
     if (make_ray(lattice, origin_m, point_m, scan.max_range_m, ray)) {
       reach.extend(ray.end_key);
       rays.push_back(ray);
@@ -120,10 +113,8 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
     return stats;
   }
   const RayWalker walker(lattice, origin_m, origin_key);
-  for (const Ray& ray : rays) {
-    stats.ray_steps += walker.walk(ray.end_m, ray.end_key, window);
-  }
-  for (const Ray& ray : rays) {
+  stats.ray_steps = walker.walk(rays, window);
+  for (const RayEnd& ray : rays) {
     if (ray.hit) {
       window.mark_hit(ray.end_key);
     }

@@ -57,9 +57,9 @@ bool ScanWindow::open(const OccupancyMap& map, const LatticeBox& reach) {
   first_ = {first[0], first[1], first[2]};
   stride_y_ = blocks_[0] * kBlock;
   stride_z_ = stride_y_ * blocks_[1] * kBlock;
-  const auto needed = static_cast<std::size_t>(stride_z_ * blocks_[2] * kBlock);
+  const auto needed = static_cast<std::size_t>(stride_z_ * blocks_[2] * kBlock) + 1;  // and the spare cell
   if (cells_.size() < needed) {
-    cells_.resize(needed, 0);
+    cells_.assign(needed, 0);
   }
   return true;
 }

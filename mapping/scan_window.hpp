@@ -52,6 +52,8 @@ class ScanWindow {
   std::ptrdiff_t stride_y() const { return stride_y_; }
   std::ptrdiff_t stride_z() const { return stride_z_; }
   std::uint8_t* cells() { return cells_.data(); }
+  /// A cell that belongs to no voxel.
+  std::ptrdiff_t spare_cell() const { return static_cast<std::ptrdiff_t>(cells_.size()) - 1; }
 
   /// @pre covers(key), or within the rim
   void mark_miss(const LatticeKey& key) {
