@@ -3,6 +3,8 @@
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+
+#include <algorithm>
 #include <assimp/Importer.hpp>
 
 namespace stairwell::sim3d {
@@ -51,10 +53,68 @@ void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& T_
   }
 }
 
+/// The blocks of a binary glTF file (12 bytes header; then length, kind and content of each) must end where it ends.
+void check_blocks(const std::filesystem::path& file) {
+  const std::string bytes = read_bytes(file);
+  std::size_t at = 12;
+  while (bytes.starts_with("glTF") && at < bytes.size()) {
+    const std::size_t length = bytes.size() - at < 8 ? bytes.size() : read_value<std::uint32_t>(bytes, at);
+    if (length > bytes.size() - std::min(at + 8, bytes.size())) {
+      fail_input(file, "is truncated or damaged: a block reaches beyond its end; export it again");
+    }
+    at += 8 + length;
+  }
+}
+
+/// Index lists of a .dae must hold whole numbers only: Assimp's reader never gets past anything else.
+void check_index_lists(const std::filesystem::path& file) {
+  const std::string bytes = read_bytes(file);
+  for (const std::string_view tag : {"<p", "<vcount", "<v"}) {
+    for (std::size_t at = bytes.find(tag); at != std::string::npos; at = bytes.find(tag, at + 1)) {
+      const std::size_t name_end = at + tag.size();
+      if (bytes.find_first_of("> \t\r\n", name_end) != name_end) {
+        continue;  // another, longer name
+      }
+      const std::size_t begin = std::min(bytes.find('>', name_end), bytes.size() - 1) + 1;
+      const std::size_t end = std::min(bytes.find('<', begin), bytes.size());
+      if (bytes.find_first_not_of("0123456789 \t\r\n", begin) < end) {
+        fail_input(file, "is damaged: an index list <" + std::string(tag.substr(1)) +
+                             "> holds more than whole numbers; export it again");
+      }
+    }
+  }
+}
+
+/// Every value of a .dae or .glb takes at least a byte of the file, so a larger count is damage. Checked before the
+/// library, which would first ask for the memory.
+void check_counts(const std::filesystem::path& file) {
+  const std::string bytes = read_bytes(file);
+  for (const std::string_view key : {"count", "byteLength"}) {
+    for (std::size_t at = bytes.find(key); at != std::string::npos; at = bytes.find(key, at + 1)) {
+      const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n\"'=:", at + key.size()), bytes.size());
+      const std::size_t end = std::min(bytes.find_first_not_of("0123456789", begin), bytes.size());
+      const std::string_view digits = std::string_view(bytes).substr(begin, end - begin);
+      if (!digits.empty() && parse_number<std::size_t>(digits).value_or(bytes.size() + 1) > bytes.size()) {
+        fail_input(file, "is truncated or damaged: it promises " + std::string(digits.substr(0, 30)) +
+                             " values, more than it is long; export it again");
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<MeshPart> load_scene(const std::filesystem::path& file) {
   require_file(file);
+  if (lower_extension(file) != ".gltf") {  // its values may lie in other files
+    check_counts(file);
+  }
+  if (lower_extension(file) == ".dae") {
+    check_index_lists(file);
+  }
+  if (lower_extension(file) == ".glb") {
+    check_blocks(file);
+  }
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (scene == nullptr || scene->mRootNode == nullptr) {

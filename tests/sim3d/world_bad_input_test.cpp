@@ -78,6 +78,9 @@ TEST_CASE("files that are no worlds are refused with one line that names them") 
   says(write_text("words.sdf", "hello"), "XML");
   says(write_text("empty_world.sdf", "<sdf version='1.9'><world name='w'/></sdf>"), "no geometry");
   says(write_text("words.glb", "hello"), "not a .glb file");
+  says(write_text("vast.glb", std::string("glTF\2\0\0\0\x1c\0\0\0\xff\xff\xff\x7fJSON12345678", 28)), "block");
+  says(write_text("letters.dae", "<COLLADA version='1.4.1'><p>0 1 x</p></COLLADA>"), "index list");
+  says(write_text("counts.dae", "<COLLADA version='1.4.1'><float_array count='99999999999'/></COLLADA>"), "promises");
   says(write_text("noimage.yaml", "image: none.pgm\nresolution: 1\n"), "none.pgm");
   says(write_text("list.yaml", "- 1\n- 2\n"), "map_server");
   says(write_text("nan.pcd", kPcd.substr(0, kPcd.find("0.05")) + "nan nan nan\nnan 1 2\n"), "no usable point");
