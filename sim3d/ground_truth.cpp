@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kVoxelsPerBin = 4;
 constexpr double kBinMargin_m = 2.0;
-/// A UAV that stands on the ground touches it; surfaces this near to a start do not cut it off.
-constexpr double kStandingTolerance_m = 0.01;
+/// A UAV that stands on the ground touches it: its way is looked for from this much higher.
+constexpr double kLift_m = 0.01;
 
 /// Squared distance in voxels between each voxel's centre and the nearest marked voxel's, where below reach^2;
 /// larger values say only "further than reach".
@@ -175,12 +175,10 @@ std::optional<VoxelIndex> GroundTruth::entry_voxel(const Eigen::Vector3d& start_
     around.push_back(triangle_of(mesh_, i));
     return false;
   });
+  const Eigen::Vector3d lifted_m = start_m + Eigen::Vector3d(0.0, 0.0, kLift_m);
   const auto connected = [&](const Eigen::Vector3d& center_m) {
-    const Eigen::Vector3d way_m = center_m - start_m;
-    if (way_m.norm() <= kStandingTolerance_m) return true;
-    const Eigen::Vector3d from_m = start_m + kStandingTolerance_m * way_m.normalized();
     return std::none_of(around.begin(), around.end(),
-                        [&](const Triangle& t) { return segment_hits(t, from_m, center_m); });
+                        [&](const Triangle& t) { return segment_hits(t, lifted_m, center_m); });
   };
   std::optional<VoxelIndex> nearest;
   double nearest_m = search_m;

@@ -165,7 +165,8 @@ TEST_CASE("Reachable space agrees with a plain flood with exact spheres") {
   for (const double radius_m : {0.05, 0.17, 0.3}) {
     TriangleMesh mesh = test::box_mesh({-1.51, -1.47, 0.02}, {1.53, 1.52, 1.98});
     test::add(mesh, test::random_mesh(rng, 8, 1.2, 0.6));
-    const GridSpec grid({Eigen::Vector3d(-2, -2, 0), Eigen::Vector3d(2, 2, 2)}, 0.1);
+    // The wall at y = 1.52 m is just outside the grid and still in the way.
+    const GridSpec grid({Eigen::Vector3d(-2, -2, 0), Eigen::Vector3d(2, 1.5, 2)}, 0.1);
     const GroundTruth truth(test::world_of(mesh), grid);
     const Aabb flight_box{Eigen::Vector3d(-1.8, -1.8, 0.3), Eigen::Vector3d(1.2, 1.8, 1.8)};
     Eigen::Vector3d start_m(0, 0, 1);
@@ -284,6 +285,42 @@ TEST_CASE("Explorable: range and elevation limits count") {
   const auto low = truth.explorable(reachable, caster, model, grid.box());
   CHECK(at(low, 3.5, 1.0, 1.0));
   CHECK_FALSE(at(low, 2.5, 1.0, 2.15));
+}
+
+TEST_CASE("Explorable: of a wall on a voxel face only the side that holds the returns counts") {
+  const TriangleMesh mesh = test::box_mesh({0.5, 0.5, 0.5}, {2.5, 2.5, 2.5});
+  const GridSpec grid({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3, 3, 3)}, 0.1);
+  const GroundTruth truth(test::world_of(mesh), grid);
+  const RayCaster caster(mesh);
+  const auto reachable = truth.reachable({{1.5, 1.5, 0.5}}, robot_of(0.3), grid.box());
+  CHECK(reachable[grid.linear({15, 15, 15})] == 1);
+  const auto explorable = truth.explorable(reachable, caster, wide_camera(), grid.box());
+  const auto seen = [&](const VoxelIndex& v) { return explorable[grid.linear(v)] == 1; };
+  for (const int n : {8, 15, 21}) {
+    CHECK(seen({4, n, n}));
+    CHECK(seen({n, n, 25}));
+    CHECK_FALSE(seen({5, n, n}));
+    CHECK_FALSE(seen({n, n, 24}));
+    CHECK(seen({6, n, n}));
+    CHECK_FALSE(seen({3, n, n}));
+  }
+}
+
+TEST_CASE("Explorable: open space that no pose has a line of sight to does not count") {
+  TriangleMesh mesh = test::box_mesh({0.03, 0.03, 0.03}, {3.03, 3.03, 2.43});
+  // Open towards the wall at x = 3.03 m, through a gap that the robot does not fit into.
+  TriangleMesh pocket = test::box_mesh({1.23, 1.03, 0.83}, {2.83, 1.43, 1.23});
+  std::erase_if(pocket.triangles, [&](const auto& t) {
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t c) { return pocket.vertices_m[c].x() > 2.8f; });
+  });
+  test::add(mesh, pocket);
+  const GridSpec grid({Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3.1, 3.1, 2.5)}, 0.1);
+  const GroundTruth truth(test::world_of(mesh), grid);
+  const auto reachable = truth.reachable({{0.6, 0.6, 1.0}}, robot_of(0.2), grid.box());
+  const auto explorable = truth.explorable(reachable, RayCaster(mesh), wide_camera(), grid.box());
+  CHECK(explorable[grid.linear(grid.index_of({2.95, 1.25, 1.05}))] == 1);
+  CHECK(explorable[grid.linear(grid.index_of({1.55, 1.25, 1.05}))] == 0);
+  CHECK(explorable[grid.linear(grid.index_of({1.25, 1.25, 1.05}))] == 1);  // its back wall, from outside
 }
 
 TEST_CASE("What a sensor returns from reachable places is explorable") {

@@ -144,6 +144,16 @@ TEST_CASE("A limited vehicle refuses what it cannot fly and says why") {
   CHECK_THAT(refusal(*vehicle, dash(0.0, at({0, 0, 1}), {3.0, 0, 0}, 0.0, 10)), Contains("acceleration"));
   CHECK_THAT(refusal(*vehicle, dash(0.0, at({0, 0, 1}), {1.9, 0, 0}, 0.0, 80)), Contains("speed"));
   CHECK_THAT(refusal(*vehicle, dash(0.0, at({0, 0, 1}), {0, 0, 0}, 3.0, 10)), Contains("yaw rate"));
+  Course claims{at({0, 0, 1})};
+  claims.go({1, 0, 0}, 0.0, 1);
+  claims.go({-1, 0, 0}, 0.0, 1);
+  claims.states[1].acceleration_mps2.x() = 2.1;
+  CHECK_THAT(refusal(*vehicle, Trajectory(0.0, claims.states)), Contains("the acceleration"));
+  Course hides{at({0, 0, 1})};
+  hides.go({2.1, 0, 0}, 0.0, 1);
+  hides.go({-2.1, 0, 0}, 0.0, 1);
+  for (auto& state : hides.states) state.acceleration_mps2.setZero();
+  CHECK_THAT(refusal(*vehicle, Trajectory(0.0, hides.states)), Contains("the change of speed"));
   Course no_stop{at({0, 0, 1})};
   no_stop.go({1, 0, 0}, 0.0, 20);
   CHECK_THAT(refusal(*vehicle, Trajectory(0.0, no_stop.states)), Contains("at the end"));
