@@ -123,7 +123,7 @@ bool RoundedPath::tighten_near(const Eigen::Vector3d& at_m) {
     nearest = i;
   }
   if (nearest == 0 || nearest_m > kNodeSpacing_m) return false;
-  reach_m_[nearest] = std::max(0.5 * kLeastReach_m, 0.55 * reach_m_[nearest]);
+  reach_m_[nearest] = std::max(0.5 * kLeastReach_m, 0.45 * reach_m_[nearest]);
   return true;
 }
 

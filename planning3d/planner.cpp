@@ -8,6 +8,11 @@
 
 namespace stairwell::planning3d {
 
+namespace {
+// Saves about two thirds of the time; string pulling takes back nearly all of the detours (see the planner tests).
+constexpr double kHeuristicWeight = 1.5;
+}  // namespace
+
 const char* to_string(PlanStatus status) {
   switch (status) {
     case PlanStatus::kReached:
@@ -29,7 +34,11 @@ const char* to_string(PlanStatus status) {
 std::vector<std::string_view> planner_names() { return {"astar", "apf"}; }
 
 std::unique_ptr<Planner> make_planner(std::string_view name) {
-  if (name == "astar") return std::make_unique<AstarPlanner>();
+  if (name == "astar") {
+    AstarPlanner::Config config;
+    config.heuristic_weight = kHeuristicWeight;
+    return std::make_unique<AstarPlanner>(config);
+  }
   if (name == "apf") return std::make_unique<ApfPlanner>();
   std::string message("unknown planner '");
   message.append(name).append("'; known:");

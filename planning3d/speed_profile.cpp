@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kLeastSquaredSpeed = 1e-6;  // inner nodes; keeps travel times finite
 
+constexpr double kSharpCosine = 0.9;    // sharper turns between two nodes are cusps that the table cannot hold
 constexpr double kStoredShare = 0.999;  // between nodes the stored value may round above the limit
 
 double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
@@ -83,6 +84,9 @@ std::vector<double> ceilings(const Curve& curve, const std::vector<Piece>& piece
 std::optional<std::vector<double>> squared_speeds(const Curve& curve, const MotionLimits& limits, double start_mps,
                                                   const LimitShares& shares) {
   if (curve.size() < 3) return std::nullopt;
+  for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
+    if (curve.tangent[i].dot(curve.tangent[i + 1]) < kSharpCosine) return std::nullopt;
+  }
   std::vector<Piece> pieces;
   pieces.reserve(curve.size());
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) pieces.push_back(piece_of(curve, i));

@@ -16,7 +16,7 @@ struct LimitShares {
 };
 
 /// Quickest squared speeds along a curve from `start_mps` to rest (forward and backward passes over arc length);
-/// nullopt when the curve bends too soon to brake for it.
+/// nullopt when the curve bends too soon to brake for it or has a cusp.
 std::optional<std::vector<double>> squared_speeds(const Curve& curve, const MotionLimits& limits, double start_mps,
                                                   const LimitShares& shares = {});
 

@@ -19,9 +19,10 @@ constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a ste
 constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner
 constexpr double kHeadingSpeed_mps = 0.1;  // horizontal; slower flight gives no heading to look along
 constexpr double kLeastLeg_m = 0.05;
-constexpr int kMaxTightenings = 24;
+constexpr int kMaxTightenings = 16;
 constexpr LimitShares kCautious{};
-constexpr LimitShares kFirm{0.995, 0.985, 0.97};  // when the motion under way leaves no choice
+constexpr LimitShares kFirm{0.995, 0.985, 0.97};   // when the motion under way leaves no choice
+constexpr LimitShares kBraking{0.98, 0.95, 0.85};  // less than planned with: the old speed is never exceeded anyway
 
 using Path = std::vector<Eigen::Vector3d>;
 
@@ -239,6 +240,17 @@ class YawRider {
   double rate_radps_;
 };
 
+/// Back over where the brakes were applied to the departure, then along the path.
+Path way_back(const Ride& braked, const Path& path_m) {
+  Path way_m{braked.states.back().position_m};
+  for (auto state = braked.states.rbegin(); state != braked.states.rend(); ++state) {
+    if ((state->position_m - way_m.back()).norm() > kLeastLeg_m) way_m.push_back(state->position_m);
+  }
+  way_m.push_back(braked.states.front().position_m);
+  way_m.insert(way_m.end(), path_m.begin(), path_m.end());
+  return without_repeats(way_m);
+}
+
 bool usable(const TrajectoryRequest& request) {
   if (request.previous == nullptr || request.previous->empty() || request.path_m.empty()) return false;
   if (!std::isfinite(request.depart_s) || !std::isfinite(request.goal_yaw_rad)) return false;
@@ -271,7 +283,7 @@ Ride short_stop(const MotionState& start, const MotionLimits& limits) {
 /// Brakes on the curve being flown; a single state at rest when it is not moving.
 Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits& limits) {
   const MotionState start = flying.sample(depart_s);
-  const FlownCurve stop = hardest_stop(flown_curve(flying, depart_s), limits, kFirm);
+  const FlownCurve stop = hardest_stop(flown_curve(flying, depart_s), limits, kBraking);
   if (stop.curve.size() < 2) {
     MotionState rest;
     rest.position_m = start.position_m;
@@ -295,13 +307,16 @@ std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const
   std::vector<Ride> rides;
   if (start.velocity_mps.norm() > kSlow_mps) {
     const FlownCurve flown = flown_curve(*request.previous, request.depart_s);
-    const FlownCurve stop = hardest_stop(flown, limits_, kFirm);
+    const FlownCurve stop = hardest_stop(flown, limits_, kBraking);
     if (stop.curve.size() > 1) {
       rides = moving_rides(space, check_, limits_, path_m, start, flown, stop.curve.length_m());
     }
   }
   Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
-  if (const auto next = ride_from_rest(space, check_, limits_, path_m, braked.states.back().position_m)) {
+  const Eigen::Vector3d stopped_m = braked.states.back().position_m;
+  auto next = ride_from_rest(space, check_, limits_, path_m, stopped_m);
+  if (!next) next = ride_from_rest(space, check_, limits_, way_back(braked, path_m), stopped_m);
+  if (next) {
     join_at_rest(braked, *next);
     rides.push_back(std::move(braked));
   }

@@ -5,9 +5,14 @@
 #include "mapping/occupancy_map.hpp"
 #include "planning3d/free_space.hpp"
 
-#include <memory>
+#include <ctime>
 
 namespace stairwell::test {
+
+/// Processor time, which other programs on the machine do not lengthen.
+inline double cpu_ms_since(std::clock_t begin) {
+  return 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
 
 /// A known box with obstacles, and what planning needs of it.
 struct TestWorld {
