@@ -341,9 +341,12 @@ OccupancyMap::ScanEffect OccupancyMap::apply(const VoxelIndex& block, const Bloc
 }
 
 void OccupancyMap::assume_free(const Eigen::Vector3d& center_m, double radius_m) {
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(radius_m);
-  const VoxelIndex lo = impl_->grid.index_of(Eigen::Vector3d(center_m - reach));
-  const VoxelIndex hi = impl_->grid.index_of(Eigen::Vector3d(center_m + reach));
+  const Aabb reach = Aabb{center_m, center_m}.inflated(radius_m).intersection(impl_->grid.box());
+  if (!center_m.allFinite() || !(radius_m >= 0.0) || reach.empty()) {
+    return;
+  }
+  const VoxelIndex lo = impl_->grid.index_of(reach.min_m);
+  const VoxelIndex hi = impl_->grid.index_of(reach.max_m);
   const auto& size = impl_->grid.size();
   for (int z = std::max(lo.z, 0); z <= std::min(hi.z, size[2] - 1); ++z) {
     for (int y = std::max(lo.y, 0); y <= std::min(hi.y, size[1] - 1); ++y) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace stairwell::mapping {
 
@@ -14,19 +15,21 @@ namespace {
 /// One ray for every voxel that holds a return, to the voxel's centre
 /// (octomap::OccupancyOcTreeBase::computeDiscreteUpdate).
 void keep_one_per_voxel(const RayLattice& lattice, std::vector<Eigen::Vector3f>& points_m) {
-  std::vector<LatticeKey> keys;
-  keys.reserve(points_m.size());
+  std::vector<std::uint64_t> packed;  // 16 bits an axis: quicker to sort than keys
+  packed.reserve(points_m.size());
   for (const Eigen::Vector3f& point_m : points_m) {
     LatticeKey key;
     if (lattice.key_of(point_m, key)) {
-      keys.push_back(key);
+      packed.push_back(static_cast<std::uint64_t>(key.x) << 32 | static_cast<std::uint64_t>(key.y) << 16 |
+                       static_cast<std::uint64_t>(key.z));
     }
   }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::sort(packed.begin(), packed.end());
+  packed.erase(std::unique(packed.begin(), packed.end()), packed.end());
   points_m.clear();
-  for (const LatticeKey& key : keys) {
-    points_m.push_back(lattice.center_of(key));
+  for (const std::uint64_t bits : packed) {
+    points_m.push_back(lattice.center_of(LatticeKey{static_cast<int>(bits >> 32), static_cast<int>(bits >> 16 & 0xFFFF),
+                                                    static_cast<int>(bits & 0xFFFF)}));
   }
 }
 

@@ -140,6 +140,12 @@ TEST_CASE("assumed-free space is open to flight but not part of the map", "[map]
   CHECK(map.blocked({10, 10, 10}));
   map.set_log_odds({10, 10, 10}, std::nanf(""));
   CHECK_FALSE(map.blocked({10, 10, 10}));  // unknown again, and assumed free
+  map.assume_free({std::nan(""), 1.0, 1.0}, 0.3);
+  map.assume_free({50.0, 50.0, 50.0}, 0.3);
+  CHECK(map.blocked({0, 0, 0}));
+  map.assume_free({1.0, 1.0, 1.0}, 1e300);
+  CHECK_FALSE(map.blocked({0, 0, 0}));
+  CHECK_FALSE(map.blocked({19, 19, 19}));
 }
 
 TEST_CASE("changed blocks are exactly those with a changed class", "[map]") {
