@@ -20,6 +20,7 @@ struct FrontierConfig {
   int min_unknown_neighbours = 3;  ///< of 26 (SPEC B4)
   double split_size_m = 2.0;       ///< clusters are cut until no longer than this along their main axis
   double min_area_m2 = 0.08;       ///< smaller clusters are not worth a visit
+  int min_cells = 5;               ///< and so are those of fewer voxels, on coarse maps
 
   std::vector<std::string> problems() const;
 };
@@ -52,8 +53,9 @@ class FrontierFinder {
   std::size_t voxel_count() const { return voxel_count_; }
   /// All clusters by id, the ones too small for a visit too.
   const std::map<std::uint32_t, FrontierCluster>& clusters() const { return clusters_; }
-  bool worth_a_visit(const FrontierCluster& cluster) const { return cluster.area_m2 >= config_.min_area_m2 - 1e-9; }
-  /// Blocks that the last update found changed.
+  bool worth_a_visit(const FrontierCluster& cluster) const {
+    return cluster.area_m2 >= config_.min_area_m2 - 1e-9 && static_cast<int>(cluster.cells.size()) >= config_.min_cells;
+  }
   const std::vector<mapping::VoxelBox>& changed_blocks() const { return changed_; }
 
  private:

@@ -19,10 +19,14 @@ constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
 constexpr double kUseful = 0.25;         // a goal is dropped when less of its cells is left
-constexpr double kPartialView_s = 3.0;   // price of leaving a cluster unseen, for a whole cluster
+constexpr double kPartialView_s = 4.0;   // price of a view that gains nothing of what the best one gains
+constexpr double kAbsorbed = 0.7;        // a cluster seen to this part from another stop needs no stop of its own
+constexpr double kCrumb_m2 = 0.3;        // smaller clusters wait until the large ones are done ...
+constexpr double kCrumbNear_s = 2.0;     // ... unless they are this near
 constexpr double kStorey_m = 1.8;        // a climb of more than this is a change of storey ...
 constexpr double kStoreyChange_s = 2.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
+constexpr std::ptrdiff_t kMostRepeats = 3;
 constexpr int kStateVersion = 1;
 
 ViewpointConfig viewpoint_config(const CoverageConfig& config) {
@@ -166,6 +170,12 @@ double FrontierStrategy::between_s(const planning3d::FreeSpace& space, const Vie
   return leg_s(way_m, from.position_m, Eigen::Vector3d::Zero(), from.yaw_rad, to);
 }
 
+double FrontierStrategy::price_s(const Stop& stop, const Viewpoint& view) const {
+  double most_m3 = 1e-9;
+  for (const Viewpoint& other : *stop.views) most_m3 = std::max(most_m3, other.gain_m3);
+  return kPartialView_s * (1.0 - view.gain_m3 / most_m3);
+}
+
 void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) const {
   for (Stop& stop : stops) {
     double best_s = std::numeric_limits<double>::infinity();
@@ -174,9 +184,9 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
       double soonest_s = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k < crew.uavs.size(); ++k)
         soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, view));
-      const double price_s = soonest_s + kPartialView_s * (1.0 - view.seen_fraction);
-      if (price_s >= best_s) continue;
-      best_s = price_s;
+      const double cost_s = soonest_s + price_s(stop, view);
+      if (cost_s >= best_s) continue;
+      best_s = cost_s;
       stop.view = i;
     }
   }
@@ -192,6 +202,15 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
     });
     if (!claimed) unclaimed.push_back(stop);
   }
+  // Crumbs wait, unless they are near or nothing else is left.
+  std::vector<Stop> large;
+  for (const Stop& stop : unclaimed) {
+    double soonest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
+    if (stop.cluster->area_m2 >= kCrumb_m2 || soonest_s < kCrumbNear_s) large.push_back(stop);
+  }
+  if (!large.empty()) unclaimed = std::move(large);
   std::set<std::size_t> chosen;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     std::vector<std::pair<double, std::size_t>> order;
@@ -206,6 +225,27 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
   std::vector<Stop> nearest;
   for (const std::size_t i : chosen) nearest.push_back(unclaimed[i]);
   return nearest;
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const planning3d::FreeSpace& space,
+                                                                       const Crew& crew,
+                                                                       std::vector<Stop> stops) const {
+  std::vector<std::pair<double, std::size_t>> order;  // large and near ones absorb the others
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    double soonest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stops[i].pose()));
+    order.emplace_back(soonest_s - 2.0 * std::min(stops[i].cluster->area_m2, 2.0), i);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Stop> kept;
+  for (const auto& [rank, i] : order) {
+    const bool absorbed = std::any_of(kept.begin(), kept.end(), [&](const Stop& other) {
+      return book_.sampler().seen_part(space, other.pose(), *stops[i].cluster) >= kAbsorbed;
+    });
+    if (!absorbed) kept.push_back(stops[i]);
+  }
+  return kept;
 }
 
 std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
@@ -227,15 +267,15 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
 }
 
 Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle,
-                                const Stop& stop, const Stop* next) {
+                                const Stop& stop, const Stop* next, double time_s) {
   std::size_t best = stop.view;
   double best_s = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < stop.views->size(); ++i) {
     const Viewpoint& view = (*stop.views)[i];
-    double price_s = start_s(crew, vehicle, view) + kPartialView_s * (1.0 - view.seen_fraction);
-    if (next != nullptr) price_s += between_s(space, view, next->pose());
-    if (i < stop.view || price_s >= best_s) continue;
-    best_s = price_s;
+    double cost_s = start_s(crew, vehicle, view) + price_s(stop, view);
+    if (next != nullptr) cost_s += between_s(space, view, next->pose());
+    if (i < stop.view || cost_s >= best_s) continue;
+    best_s = cost_s;
     best = i;
   }
   const Viewpoint& view = (*stop.views)[best];
@@ -246,6 +286,12 @@ Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& 
   goal.gain_m3 = view.gain_m3 * static_cast<double>(stop.cluster->cells.size()) /
                  static_cast<double>(std::max<std::size_t>(1, view.seen_cells.size())) * view.seen_fraction;
   goal.travel_m = static_cast<double>(costs_[vehicle].distance_m(view.voxel));
+  // Sent here again and again although it stands here: whatever is left is not seen from here.
+  const auto before = std::count_if(given_.begin(), given_.end(), [&](const GivenGoal& one) {
+    return (one.position_m - goal.position_m).norm() < 1e-3 && (one.target_m - goal.target_m).norm() < 1e-3;
+  });
+  if (before >= kMostRepeats && (crew.start_m[vehicle] - goal.position_m).norm() < 0.2)
+    blacklist_.report(goal.position_m, goal.target_m, time_s);
   remember(goal, view.seen_cells);
   return goal;
 }
@@ -262,7 +308,7 @@ void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const Assig
   for (std::size_t k = 0; k < plan.size(); ++k) {
     if (!request.uavs[crew.uavs[k]].wants_goal || plan[k].empty()) continue;
     const Stop* const next = plan[k].size() > 1 ? &stops[plan[k][1]] : nullptr;
-    assignment.goals[crew.uavs[k]] = goal_for(space, crew, k, stops[plan[k][0]], next);
+    assignment.goals[crew.uavs[k]] = goal_for(space, crew, k, stops[plan[k][0]], next, request.time_s);
     taken[plan[k][0]] = true;
   }
   for (std::size_t k = 0; k < plan.size(); ++k) {  // nobody waits while there is a stop that nobody flies to yet
@@ -277,7 +323,7 @@ void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const Assig
       nearest = i;
     }
     if (nearest == stops.size()) continue;
-    assignment.goals[uav] = goal_for(space, crew, k, stops[nearest], nullptr);
+    assignment.goals[uav] = goal_for(space, crew, k, stops[nearest], nullptr, request.time_s);
     taken[nearest] = true;
   }
 }
@@ -302,7 +348,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   assignment.open_targets += pending;
   choose_poses(crew, stops);
   prepare(request, stops);
-  share_out(space, request, crew, nearest_stops(request, crew, stops), assignment);
+  share_out(space, request, crew, without_absorbed(space, crew, nearest_stops(request, crew, stops)), assignment);
   return assignment;
 }
 
@@ -315,7 +361,8 @@ bool FrontierStrategy::still_useful(const planning3d::FreeSpace& space, const Go
   });
   const auto frontier = [&](const VoxelIndex& v) { return is_frontier(space.map(), finder_->box(), frontiers, v); };
   if (given != given_.rend() && !given->cells.empty()) {
-    const auto left = std::count_if(given->cells.begin(), given->cells.end(), frontier);
+    const auto left = std::count_if(given->cells.begin(), given->cells.end(),
+                                    [&](const VoxelIndex& v) { return space.map().at(v) == Occupancy::kUnknown; });
     return static_cast<double>(left) >= kUseful * static_cast<double>(given->cells.size());
   }
   const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(0.5);

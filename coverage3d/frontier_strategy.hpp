@@ -69,6 +69,9 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
   std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew, std::vector<Stop> stops) const;
+  std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
+                                     std::vector<Stop> stops) const;
+  double price_s(const Stop& stop, const Viewpoint& view) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
   double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
@@ -76,7 +79,7 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
   Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
-                const Stop* next);
+                const Stop* next, double time_s);
   void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                  const std::vector<Stop>& stops, Assignment& assignment);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);

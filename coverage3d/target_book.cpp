@@ -4,6 +4,17 @@
 
 namespace stairwell::coverage3d {
 
+namespace {
+
+/// Most of what was to be seen from there has become known.
+bool outdated(const mapping::OccupancyMap& map, const Viewpoint& view) {
+  const auto left = std::count_if(view.seen_cells.begin(), view.seen_cells.end(),
+                                  [&](const VoxelIndex& v) { return map.at(v) == Occupancy::kUnknown; });
+  return 2 * static_cast<std::size_t>(left) < view.seen_cells.size();
+}
+
+}  // namespace
+
 void TargetBook::mark_stale(const FrontierFinder& finder, const GridSpec& grid) {
   if (finder.changed_blocks().empty()) return;
   Aabb changed;
@@ -26,7 +37,7 @@ std::size_t TargetBook::update(const planning3d::FreeSpace& space, const Frontie
   for (auto& [id, target] : targets_) {
     const bool had_views = !target.views.empty();
     std::erase_if(target.views, [&](const Viewpoint& view) {
-      return !space.traversable(view.voxel) || !places.reachable(view.voxel);
+      return !space.traversable(view.voxel) || !places.reachable(view.voxel) || outdated(space.map(), view);
     });
     if (had_views && target.views.empty()) target.fresh = target.searched = false;
   }

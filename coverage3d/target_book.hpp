@@ -31,6 +31,7 @@ class TargetBook {
   /// @returns clusters that are still to be looked at because the budget was used up
   std::size_t update(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
                      const Budget& budget);
+  const ViewpointSampler& sampler() const { return sampler_; }
   void forget() { targets_.clear(); }
 
   const std::map<std::uint32_t, Target>& targets() const { return targets_; }

@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::array<VoxelIndex, 6> kFaces{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
 constexpr int kRoughCells = 8;
+constexpr int kGlanceCells = 10;
+constexpr double kRaySlack = 1.3;       // one return in so many neighbouring voxels is enough
+constexpr double kBeside = 0.5;         // worth of a ray that ends beside the voxel it was aimed at
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
 constexpr double kFieldFill = 0.9;      // part of the field of view that is relied on
@@ -61,27 +64,52 @@ bool height_allowed(const GridSpec& grid, const std::vector<VoxelIndex>& layers,
 }  // namespace
 
 std::vector<ViewpointSampler::Target> ViewpointSampler::targets(const planning3d::FreeSpace& space,
-                                                                const FrontierCluster& cluster) const {
+                                                                const FrontierCluster& cluster, int most) const {
   std::vector<Target> found;
-  const std::size_t count = std::min(cluster.cells.size(), static_cast<std::size_t>(config_.max_cells));
+  const std::size_t count = std::min(cluster.cells.size(), static_cast<std::size_t>(most));
   for (std::size_t i = 0; i < count; ++i) {
     const VoxelIndex cell = cluster.cells[i * cluster.cells.size() / count];
-    const auto face = std::find_if(kFaces.begin(), kFaces.end(), [&](const VoxelIndex& f) {
-      return space.grid().contains(cell + f) && space.map().at(cell + f) == Occupancy::kUnknown;
-    });
-    if (face == kFaces.end()) continue;
-    found.push_back({cell, cell + *face, space.grid().center_of(cell + *face)});
+    for (std::size_t j = 0; j < kFaces.size(); ++j) {  // one of its unknown faces, each direction in its turn
+      const VoxelIndex beyond = cell + kFaces[(i + j) % kFaces.size()];
+      if (!space.grid().contains(beyond) || space.map().at(beyond) != Occupancy::kUnknown) continue;
+      found.push_back({beyond, space.grid().center_of(beyond)});
+      break;
+    }
   }
   return found;
 }
 
-bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
-                            const Target& target) const {
+double ViewpointSampler::seen_part(const planning3d::FreeSpace& space, const Viewpoint& view,
+                                   const FrontierCluster& cluster) const {
+  const std::vector<Target> aims = targets(space, cluster, kGlanceCells);
+  const double far_m = sight_m(space.grid());
+  const double half_fov = config_.sensor.panoramic() ? kPi : 0.5 * kFieldFill * config_.sensor.azimuth_fov_rad;
+  int seen = 0;
+  for (const Target& aim : aims) {
+    const Eigen::Vector3d offset_m = aim.unknown_m - view.position_m;
+    if (offset_m.norm() > far_m || !within_elevation(config_.sensor, offset_m)) continue;
+    if (std::abs(wrap_angle(std::atan2(offset_m.y(), offset_m.x()) - view.yaw_rad)) > half_fov) continue;
+    seen += sees(space.map(), view.position_m, aim);
+  }
+  return aims.empty() ? 0.0 : static_cast<double>(seen) / static_cast<double>(aims.size());
+}
+
+double ViewpointSampler::sight_m(const GridSpec& grid) const {
+  // Beyond the distance at which neighbouring rays are wider apart than voxels, much is missed.
+  const SensorModel& sensor = config_.sensor;
+  const double spacing_rad = sensor.azimuth_fov_rad / std::max(1, sensor.rays_azimuth);
+  const double dense_m = kRaySlack * grid.resolution_m() / std::max(spacing_rad, 1e-6);
+  return std::min(0.95 * sensor.max_range_m, std::max(dense_m, 0.3 * sensor.max_range_m));
+}
+
+bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
+                            VoxelIndex* first) const {
   bool seen = false;
   walk_voxels(map.grid(), from_m, target.unknown_m, [&](const VoxelIndex& v) {
     const Occupancy there = map.at(v);
     if (there == Occupancy::kFree) return true;
     seen = there == Occupancy::kUnknown && distance_cells(v, target.unknown) <= 1;
+    if (first != nullptr) *first = v;
     return false;
   });
   return seen;
@@ -91,7 +119,8 @@ double ViewpointSampler::unknown_depth_m(const mapping::OccupancyMap& map, const
                                          const Target& target) const {
   const Eigen::Vector3d offset_m = target.unknown_m - from_m;
   const double distance_m = offset_m.norm();
-  const double depth_m = std::min(config_.gain_depth_m, config_.sensor.max_range_m - distance_m);
+  const double depth_m =
+      std::min(config_.gain_depth_part * config_.sensor.max_range_m, config_.sensor.max_range_m - distance_m);
   if (depth_m <= 0.0) return map.grid().resolution_m();
   int unknown = 0;
   walk_voxels(map.grid(), target.unknown_m, target.unknown_m + offset_m * (depth_m / distance_m),
@@ -105,12 +134,13 @@ double ViewpointSampler::unknown_depth_m(const mapping::OccupancyMap& map, const
 
 int ViewpointSampler::rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
                                   const std::vector<Target>& targets) const {
+  const double far_m = sight_m(map.grid());
   const std::size_t count = std::min<std::size_t>(kRoughCells, targets.size());
   int seen = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Target& target = targets[i * targets.size() / count];
     const Eigen::Vector3d offset_m = target.unknown_m - from_m;
-    if (offset_m.norm() > 0.95 * config_.sensor.max_range_m || !within_elevation(config_.sensor, offset_m)) continue;
+    if (offset_m.norm() > far_m || !within_elevation(config_.sensor, offset_m)) continue;
     seen += sees(map, from_m, target);
   }
   return seen;
@@ -121,14 +151,18 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
   Viewpoint view;
   view.voxel = voxel;
   view.position_m = map.grid().center_of(voxel);
+  const double far_m = sight_m(map.grid());
   std::vector<const Target*> visible;
+  std::vector<VoxelIndex> firsts;
   std::vector<double> azimuths_rad;
   for (const Target& target : targets) {
     const Eigen::Vector3d offset_m = target.unknown_m - view.position_m;
     const double distance_m = offset_m.norm();
-    if (distance_m > 0.95 * config_.sensor.max_range_m || distance_m < config_.sensor.min_range_m) continue;
-    if (!within_elevation(config_.sensor, offset_m) || !sees(map, view.position_m, target)) continue;
+    VoxelIndex first;
+    if (distance_m > far_m || distance_m < config_.sensor.min_range_m) continue;
+    if (!within_elevation(config_.sensor, offset_m) || !sees(map, view.position_m, target, &first)) continue;
     visible.push_back(&target);
+    firsts.push_back(first);
     azimuths_rad.push_back(std::atan2(offset_m.y(), offset_m.x()));
   }
   if (visible.empty()) return view;
@@ -137,8 +171,9 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
   for (std::size_t i = 0; i < visible.size(); ++i) {
     const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
     if (!config_.sensor.panoramic() && aside > 0.5 * config_.sensor.azimuth_fov_rad) continue;
-    view.seen_cells.push_back(visible[i]->cell);
-    depth_m += unknown_depth_m(map, view.position_m, *visible[i]);
+    view.seen_cells.push_back(firsts[i]);
+    const double worth = firsts[i] == visible[i]->unknown ? 1.0 : kBeside;
+    depth_m += worth * unknown_depth_m(map, view.position_m, *visible[i]);
   }
   const double face_m2 = map.grid().resolution_m() * map.grid().resolution_m();
   view.seen_fraction = static_cast<double>(view.seen_cells.size()) / static_cast<double>(targets.size());
@@ -170,11 +205,11 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
     if (!view.seen_cells.empty()) judged.push_back(std::move(view));
   }
   std::stable_sort(judged.begin(), judged.end(),
-                   [](const Viewpoint& a, const Viewpoint& b) { return a.seen_fraction > b.seen_fraction; });
+                   [](const Viewpoint& a, const Viewpoint& b) { return a.gain_m3 > b.gain_m3; });
   std::vector<Viewpoint> kept;
   for (Viewpoint& view : judged) {
     if (kept.size() >= static_cast<std::size_t>(config_.keep)) break;
-    if (!kept.empty() && view.seen_fraction < 0.4 * kept.front().seen_fraction) break;
+    if (!kept.empty() && view.gain_m3 < 0.3 * kept.front().gain_m3) break;
     const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const Viewpoint& other) {
       return (other.position_m - view.position_m).norm() < 0.5;
     });
@@ -186,7 +221,7 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
 
 std::vector<Viewpoint> ViewpointSampler::sample(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                                 const ViewpointPlaces& places) const {
-  const std::vector<Target> aims = targets(space, cluster);
+  const std::vector<Target> aims = targets(space, cluster, config_.max_cells);
   if (aims.empty()) return {};
   const GridSpec& grid = space.grid();
   const std::vector<VoxelIndex> layers = heights_voxels(grid, places.layers_m);
@@ -221,7 +256,7 @@ std::vector<Viewpoint> ViewpointSampler::sample(const planning3d::FreeSpace& spa
 
 std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                                 const ViewpointPlaces& places) const {
-  const std::vector<Target> aims = targets(space, cluster);
+  const std::vector<Target> aims = targets(space, cluster, config_.max_cells);
   if (aims.empty()) return {};
   const GridSpec& grid = space.grid();
   const std::vector<VoxelIndex> layers = heights_voxels(grid, places.layers_m);

@@ -18,17 +18,17 @@ struct Viewpoint {
   VoxelIndex voxel;
   double yaw_rad = 0.0;
   double seen_fraction = 0.0;          ///< of the cluster's cells
-  double gain_m3 = 0.0;                ///< unknown volume behind the seen cells, looked at most `gain_depth_m` deep
-  std::vector<VoxelIndex> seen_cells;  ///< a sample of the frontier cells seen
+  double gain_m3 = 0.0;                ///< unknown volume behind the seen cells, looked at to a limited depth
+  std::vector<VoxelIndex> seen_cells;  ///< a sample of the unknown voxels beside the frontier that come into sight
 };
 
 struct ViewpointConfig {
   SensorModel sensor;
-  double nearest_m = 0.4;       ///< least horizontal distance between viewpoint and cluster centre
-  double range_fraction = 0.8;  ///< farthest: this times the sensor's range
-  double gain_depth_m = 2.0;
-  int max_cells = 60;  ///< cells looked at per cluster
-  int keep = 5;        ///< viewpoints returned
+  double nearest_m = 0.4;        ///< least horizontal distance between viewpoint and cluster centre
+  double range_fraction = 0.8;   ///< farthest: this times the sensor's range
+  double gain_depth_part = 0.6;  ///< space behind the frontier counts as deep as this part of the sensor's range
+  int max_cells = 60;            ///< cells looked at per cluster
+  int keep = 5;                  ///< viewpoints returned
   std::uint64_t seed = 1;
 };
 
@@ -54,18 +54,22 @@ class ViewpointSampler {
   std::vector<Viewpoint> search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                 const ViewpointPlaces& places) const;
 
+  /// Part of a cluster that is seen from a pose (with its yaw), by a few rays.
+  double seen_part(const planning3d::FreeSpace& space, const Viewpoint& view, const FrontierCluster& cluster) const;
+
   const ViewpointConfig& config() const { return config_; }
 
  private:
   struct Target {
-    VoxelIndex cell;
     VoxelIndex unknown;
     Eigen::Vector3d unknown_m;
   };
-  std::vector<Target> targets(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
+  std::vector<Target> targets(const planning3d::FreeSpace& space, const FrontierCluster& cluster, int most) const;
   std::vector<Viewpoint> best_of(const planning3d::FreeSpace& space, const std::vector<VoxelIndex>& candidates,
                                  const std::vector<Target>& targets) const;
-  bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target) const;
+  double sight_m(const GridSpec& grid) const;
+  bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
+            VoxelIndex* first = nullptr) const;
   double unknown_depth_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target) const;
   int rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
                   const std::vector<Target>& targets) const;

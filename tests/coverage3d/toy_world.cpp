@@ -21,35 +21,8 @@ double now_ms() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Free voxels that a perfect observer sees from any place that a UAV can get to in the finished map.
-std::vector<char> seeable(const Scenario& scenario) {
-  const World& world = scenario.world;
-  const GridSpec& grid = world.grid();
-  mapping::OccupancyMap map(grid);
-  for (std::size_t i = 0; i < grid.voxel_count(); ++i) map.update(grid.voxel(i), world.occupied(grid.voxel(i)));
-  mapping::DistanceField distance(grid, 1.0, mapping::Obstacles::kBlocked);
-  distance.update(map);
-  const planning3d::FreeSpace space(map, distance, scenario.config.robot, scenario.config.box);
-  planning3d::TravelCosts costs;
-  costs.compute(space, scenario.starts_m.front(), planning3d::MotionRule::volume());
-  mapping::OccupancyMap seen(grid);
-  const int step = std::max(2, static_cast<int>(std::lround(0.6 / grid.resolution_m())));
-  SensorModel sensor = scenario.config.sensor;
-  sensor.azimuth_fov_rad = 2.0 * kPi;
-  for (int z = 0; z < grid.size()[2]; z += step)
-    for (int y = 0; y < grid.size()[1]; y += step)
-      for (int x = 0; x < grid.size()[0]; x += step) {
-        const VoxelIndex v{x, y, z};
-        if (space.traversable(v) && std::isfinite(costs.distance_m(v)))
-          look(world, sensor, grid.center_of(v), 0.0, seen);
-      }
-  std::vector<char> result(grid.voxel_count(), 0);
-  for (std::size_t i = 0; i < result.size(); ++i) result[i] = seen.at(grid.voxel(i)) == Occupancy::kFree;
-  return result;
-}
-
 double known_part(const Scenario& scenario, const mapping::OccupancyMap& map) {
-  const std::vector<char> wanted = seeable(scenario);
+  const std::vector<char>& wanted = scenario.seeable;
   std::size_t all = 0;
   std::size_t known = 0;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -135,6 +108,32 @@ Outcome fly(const Scenario& scenario, const Assign& assign, const Vain& vain) {
 }
 
 }  // namespace
+
+std::vector<char> seeable_from(const Scenario& scenario) {
+  const World& world = scenario.world;
+  const GridSpec& grid = world.grid();
+  mapping::OccupancyMap map(grid);
+  for (std::size_t i = 0; i < grid.voxel_count(); ++i) map.update(grid.voxel(i), world.occupied(grid.voxel(i)));
+  mapping::DistanceField distance(grid, 1.0, mapping::Obstacles::kBlocked);
+  distance.update(map);
+  const planning3d::FreeSpace space(map, distance, scenario.config.robot, scenario.config.box);
+  planning3d::TravelCosts costs;
+  costs.compute(space, scenario.starts_m.front(), planning3d::MotionRule::volume());
+  mapping::OccupancyMap seen(grid);
+  const int step = std::max(2, static_cast<int>(std::lround(0.8 / grid.resolution_m())));
+  SensorModel sensor = scenario.config.sensor;
+  sensor.azimuth_fov_rad = 2.0 * kPi;
+  for (int z = 0; z < grid.size()[2]; z += step)
+    for (int y = 0; y < grid.size()[1]; y += step)
+      for (int x = 0; x < grid.size()[0]; x += step) {
+        const VoxelIndex v{x, y, z};
+        if (space.traversable(v) && std::isfinite(costs.distance_m(v)))
+          look(world, sensor, grid.center_of(v), 0.0, seen);
+      }
+  std::vector<char> result(grid.voxel_count(), 0);
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = seen.at(grid.voxel(i)) == Occupancy::kFree;
+  return result;
+}
 
 World::World(const Aabb& box, double resolution_m)
     : grid_(box.inflated(resolution_m), resolution_m), occupied_(grid_.voxel_count(), 1) {

@@ -49,6 +49,7 @@ struct Scenario {
   std::vector<Eigen::Vector3d> starts_m;
   CoverageConfig config;
   std::size_t most_goals = 400;
+  std::vector<char> seeable = {};  ///< free voxels that can be seen; see `seeable_from`
 };
 
 SensorModel camera();
@@ -59,6 +60,9 @@ CoverageConfig config_for(const World& world, const SensorModel& sensor);
 World two_storeys(double resolution_m);
 World office(double resolution_m);
 World corridor(double resolution_m);
+
+/// Free voxels that a perfect observer sees from the places that a UAV can get to.
+std::vector<char> seeable_from(const Scenario& scenario);
 
 Outcome run(const Scenario& scenario, CoverageStrategy& strategy);
 /// Always to the nearest viewpoint: what the strategies are compared with.
