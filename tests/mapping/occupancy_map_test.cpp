@@ -208,3 +208,29 @@ TEST_CASE("unusable maps are refused", "[map]") {
   const GridSpec huge({Eigen::Vector3d::Constant(-3000.0), Eigen::Vector3d::Constant(3000.0)}, kResolution_m);
   CHECK_THROWS_AS(OccupancyMap(huge), InputError);
 }
+
+TEST_CASE("pruning reaches beyond a block and back", "[map]") {
+  const GridSpec grid = grid_between(Eigen::Vector3d::Constant(-0.4), Eigen::Vector3d::Constant(2.0));
+  OccupancyMap map(grid);
+  octomap::OcTree tree(kResolution_m);
+  const auto update = [&](const VoxelIndex& v, bool occupied) {
+    map.update(v, occupied);
+    tree.updateNode(key_of(grid, v), occupied);
+  };
+  for (int times = 0; times < 6; ++times) {  // 16 voxels a side from the origin on: two levels above a block's voxels
+    for (int i = 0; i < 16 * 16 * 16; ++i) {
+      update({4 + i % 16, 4 + i / 16 % 16, 4 + i / 256}, false);
+    }
+    REQUIRE((ot_bytes(map.octree()) == ot_bytes(tree)));
+  }
+  const std::size_t pruned = map.octree().size();
+  CHECK(pruned < 20);
+  update({10, 10, 10}, true);
+  CHECK((ot_bytes(map.octree()) == ot_bytes(tree)));
+  CHECK(map.octree().size() > pruned);
+  update({10, 10, 10}, false);
+  update({10, 10, 10}, false);
+  update({10, 10, 10}, false);
+  CHECK((ot_bytes(map.octree()) == ot_bytes(tree)));
+  CHECK(map.octree().size() == pruned);
+}
