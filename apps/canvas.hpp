@@ -36,6 +36,8 @@ class Canvas {
     depth_[i] = depth;
     colour_[i] = colour;
   }
+  /// Infinity where nothing was drawn.
+  float depth(int x, int y) const { return depth_[index(x, y)]; }
   /// Darkens samples that lie more than `step_m` behind a neighbour.
   void draw_outlines(float step_m, float strength);
   /// A shaded ball at a screen point, `radius` and position in samples.

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLeastStorey_m = 1.9;
 constexpr double kSlab_m = 0.3;
+constexpr double kSlabShare = 0.6;
 constexpr double kLeastPeak = 0.3;  ///< of the largest floor's area
 
 struct Bounds {
@@ -49,12 +50,16 @@ std::vector<int> floor_layers(const VoxelScene& scene) {
   for (std::size_t z = 1; z < area.size(); ++z) smooth[z] += area[z - 1];
   const double largest = smooth.empty() ? 0.0 : *std::max_element(smooth.begin(), smooth.end());
   const int apart = std::max(1, static_cast<int>(std::ceil(kLeastStorey_m / scene.resolution_m)));
+  const int slab = static_cast<int>(std::lround(kSlab_m / scene.resolution_m));
   std::vector<int> floors;
   while (largest > 0.0) {
     const auto peak = std::max_element(smooth.begin(), smooth.end());
     if (*peak < kLeastPeak * largest) break;
     int layer = static_cast<int>(peak - smooth.begin());
     if (layer > 0 && area[static_cast<std::size_t>(layer) - 1] > area[static_cast<std::size_t>(layer)]) --layer;
+    // A hollow slab (a bare model) has free space inside: its upper face is the floor.
+    for (int z = layer + 1; z <= std::min(scene.size[2] - 1, layer + slab); ++z)
+      if (area[static_cast<std::size_t>(z)] > kSlabShare * *peak) layer = z;
     floors.push_back(layer);
     for (int z = std::max(0, layer - apart); z <= std::min(scene.size[2] - 1, layer + apart); ++z)
       smooth[static_cast<std::size_t>(z)] = 0.0;
