@@ -36,6 +36,14 @@ void describe(CLI::App& app) {
       "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or input.");
 }
 
+/// CLI11 says only that a subcommand is missing.
+void require_known_command(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.empty() || words[0].starts_with("-")) return;
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (std::ranges::any_of(commands, [&](const CLI::App* command) { return command->get_name() == words[0]; })) return;
+  throw InputError("unknown command '" + words[0] + "' (see --help)");
+}
+
 }  // namespace
 
 void add_report_command(CLI::App& app, CommandContext& context) {
@@ -66,6 +74,7 @@ int run_program(const std::vector<std::string>& words, std::ostream& out, std::o
   add_report_command(app, context);
   add_completion_command(app, context);
   try {
+    require_known_command(app, words);
     std::vector<std::string> reversed = join_minus_values(words);
     std::ranges::reverse(reversed);  // CLI11 takes them from the back
     app.parse(reversed);

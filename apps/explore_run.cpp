@@ -59,13 +59,13 @@ std::vector<std::uint8_t> explorable_voxels(const Simulation& simulation) {
 /// One run from its first (or resumed) tick to its finished folder.
 class ExploreRun {
  public:
-  ExploreRun(const Simulation& simulation, fs::path folder, Progress& progress)
+  ExploreRun(const Simulation& simulation, std::vector<std::uint8_t> explorable, fs::path folder, Progress& progress)
       : simulation_(simulation),
         config_(simulation.config()),
         folder_(std::move(folder)),
         progress_(progress),
         checkpoints_(folder_),
-        coverage_(simulation.truth().grid(), explorable_voxels(simulation)),
+        coverage_(simulation.truth().grid(), std::move(explorable)),
         flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs) {}
 
   void begin() {
@@ -186,9 +186,9 @@ class ExploreRun {
   double total_wall_s_ = 0.0;
 };
 
-ExploreResult run_in(Simulation& simulation, const fs::path& folder, Progress& progress,
-                     const volatile std::sig_atomic_t& interrupted) {
-  ExploreRun run(simulation, folder, progress);
+ExploreResult run_in(Simulation& simulation, std::vector<std::uint8_t> explorable, const fs::path& folder,
+                     Progress& progress, const volatile std::sig_atomic_t& interrupted) {
+  ExploreRun run(simulation, std::move(explorable), folder, progress);
   if (CheckpointFolder(folder).exists()) {
     run.resume(simulation);
   } else {
@@ -210,11 +210,12 @@ ExploreResult run_new(Settings settings, Progress& progress, const volatile std:
   const fs::path folder = choose_run_folder(config);
   Simulation simulation(config);
   record_resolved(simulation.config(), settings);
+  std::vector<std::uint8_t> explorable = explorable_voxels(simulation);  // the last of the input's checks
   make_run_folder(folder);
   const std::string heading = std::string("Stairwell ") + kVersion + ": resolved configuration of this run";
   write_file_atomically(folder / "config.yaml", to_yaml(settings, heading));
   progress.note("exploring " + simulation.config().world.string() + " into " + folder.string());
-  return run_in(simulation, folder, progress, interrupted);
+  return run_in(simulation, std::move(explorable), folder, progress, interrupted);
 }
 
 ExploreResult run_resumed(const fs::path& folder, Progress& progress, const volatile std::sig_atomic_t& interrupted) {
@@ -232,7 +233,7 @@ ExploreResult run_resumed(const fs::path& folder, Progress& progress, const vola
   require_usable(config);
   Simulation simulation(config);
   progress.note("resuming " + folder.string());
-  return run_in(simulation, folder, progress, interrupted);
+  return run_in(simulation, explorable_voxels(simulation), folder, progress, interrupted);
 }
 
 }  // namespace

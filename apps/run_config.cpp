@@ -393,6 +393,9 @@ std::vector<std::string> RunConfig::problems() const {
   if (!(world_options.extrude_height_m > 0.0)) found.emplace_back("--extrude-height must be positive");
   if (!(world_options.point_size_m > 0.0)) found.emplace_back("--point-size must be positive");
   if (!(world_options.voxel_size_m > 0.0)) found.emplace_back("--voxel-size must be positive");
+  if (box_given && !fleet.task_box.empty() && (fleet.task_box.size_m().array() <= 0.0).any()) {
+    found.emplace_back("--box has no volume: give x0,y0,z0,x1,y1,z1 with x0 < x1, y0 < y1, z0 < z1");
+  }
   explore::FleetConfig checked = fleet;
   if (!box_given && fleet.task_box.empty()) {  // known only once the world is read
     checked.task_box = {Eigen::Vector3d::Constant(-1e9), Eigen::Vector3d::Constant(1e9)};

@@ -4,6 +4,7 @@
 #include "sim3d/sensors.hpp"
 #include "sim3d/vehicles.hpp"
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -12,6 +13,12 @@ namespace stairwell::apps {
 namespace {
 
 constexpr double kMapMargin_m = 0.3;
+
+/// Meshes are float32: their bounds are off round numbers by less than this.
+Aabb rounded(const Aabb& box) {
+  const auto round = [](double value_m) { return std::round(value_m * 1e4) / 1e4; };
+  return {box.min_m.unaryExpr(round), box.max_m.unaryExpr(round)};
+}
 
 const char* vehicle_model(explore::MotionModel motion) {
   return motion == explore::MotionModel::kStep ? "step" : "limited";
@@ -59,7 +66,7 @@ class Simulation::FellowAwareSensor final : public DepthSource {
 
 Simulation::Simulation(RunConfig config)
     : config_(std::move(config)), world_(sim3d::load_world(config_.world, config_.world_options)) {
-  if (!config_.box_given) config_.fleet.task_box = world_.bounds;
+  if (!config_.box_given) config_.fleet.task_box = rounded(world_.bounds);
   config_.box_given = true;
   require_usable(config_);
   caster_ = std::make_shared<const sim3d::RayCaster>(world_.mesh);

@@ -105,7 +105,7 @@ TEST_CASE("bad inputs are named, exit code 2, and leave nothing") {
   require_refused(explore({"--start", "1,0"}), "'1,0'");
   require_refused(explore({"--start", "1,0,nan"}), "nan");
   require_refused(explore({"--start", "1,0,1", "--start", "1,1,1", "--uavs", "1"}), "--uavs");
-  require_refused(explore({"--box", "0,0,0,0,1,1"}), "box");
+  require_refused(explore({"--box", "0,0,0,0,1,1"}), "no volume");
   require_refused(explore({"--box", "1,1,1,0,0,0"}), "box");
   require_refused(explore({"--box", "0,0,0,1,1"}), "--box");
   require_refused(explore({"--box", "-0.1,-1.4,0.1,0.1,0.2,1.9"}), "free space");
@@ -168,7 +168,7 @@ TEST_CASE("world and map commands") {
   CHECK(world.at("observed_voxels").get<int>() > 1000);
 
   const std::string png = (folder / "room.png").string();
-  CHECK(run({"map", "render", bt, "--view", "top", "--size", "200x150", "-o", png}).code == 0);
+  CHECK(run({"map", "render", bt, "--view", "top", "--size", "400x300", "-o", png}).code == 0);
   CHECK(std::filesystem::file_size(png) > 100);
   const std::string sdf = (folder / "g.sdf").string();
   CHECK(run({"world", "generate", "--storeys", "2", "--seed", "5", "-o", sdf}).code == 0);

@@ -1,7 +1,7 @@
 #include "apps/metrics.hpp"
-#include "apps/run_folder.hpp"
 #include "apps/starts.hpp"
 #include "core/errors.hpp"
+#include "core/rng.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
