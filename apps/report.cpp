@@ -81,7 +81,7 @@ double number_in(const Json& metrics, const char* key) {
 
 std::string text_of(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_null()) return "never";
+  if (value.is_null()) return "-";
   if (!value.is_number_float()) return value.dump();
   char text[64];
   std::snprintf(text, sizeof text, "%.6g", value.get<double>());
@@ -112,15 +112,15 @@ std::string key_numbers(const Json& metrics) {
   const auto card = [&](const char* name, const std::string& value) {
     html += "<div><span>" + std::string(name) + "</span><b>" + escape_html(value) + "</b></div>";
   };
-  const auto measured = [&](const char* key, const char* pattern, double scale = 1.0) {
+  const auto measured = [&](const char* key, const char* pattern, double scale = 1.0, const char* absent = "-") {
     char text[64];
     const double value = number_in(metrics, key);
-    if (!std::isfinite(value)) return std::string("never");
+    if (!std::isfinite(value)) return std::string(absent);
     std::snprintf(text, sizeof text, pattern, scale * value);
     return std::string(text);
   };
   card("coverage", measured("coverage", "%.1f %%", 100.0));
-  card("90 % covered after", measured("t90_s", "%.0f s"));
+  card("90 % covered after", measured("t90_s", "%.0f s", 1.0, "never"));
   card("finished after", measured("finish_s", "%.0f s"));
   card("path, all UAVs", measured("path_length_m", "%.0f m"));
   card("least distance", measured("min_uav_distance_m", "%.2f m"));
