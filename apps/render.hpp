@@ -23,7 +23,7 @@ struct RenderOptions {
   double slice_z_m = std::numeric_limits<double>::quiet_NaN();
   int width = 1200;
   int height = 900;
-  double keep_height = 0.6;  ///< share of each storey's height that stays, in (0, 1]; the rest is cut away
+  double keep_height = 0.6;  ///< share of each storey's height that stays, in (0, 1]; at most 1.5 m are cut away
   std::vector<std::vector<Eigen::Vector3d>> trajectories_m;  ///< one polyline per UAV
 
   std::vector<std::string> problems() const;

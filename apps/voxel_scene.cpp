@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kLeastStorey_m = 1.9;
 constexpr double kSlab_m = 0.3;
+constexpr double kMostCut_m = 1.5;
 constexpr double kSlabShare = 0.6;
 constexpr double kLeastPeak = 0.3;  ///< of the largest floor's area
 
@@ -96,6 +97,9 @@ std::vector<Storey> find_storeys(const VoxelScene& scene, double keep) {
   if (floors.empty()) floors.push_back(1);
   const int slab = std::max(1, static_cast<int>(std::lround(kSlab_m / scene.resolution_m)));
   const auto height_m = [&](int layer) { return scene.origin_m.z() + layer * scene.resolution_m; };
+  const auto cut_away = [&](int height) {  // a tall hall loses its ceiling, not its upper half
+    return static_cast<int>(std::lround(std::min((1.0 - keep) * height, kMostCut_m / scene.resolution_m)));
+  };
   for (std::size_t k = 0; k < floors.size(); ++k) {
     const bool last = k + 1 == floors.size();
     const int top = last ? scene.size[2] - 2 : std::max(floors[k] + 1, floors[k + 1] - slab);
@@ -107,7 +111,7 @@ std::vector<Storey> find_storeys(const VoxelScene& scene, double keep) {
     Storey storey;
     storey.floor = floors[k];
     storey.lo = k == 0 ? 0 : std::max(0, floors[k] - slab + 1);
-    storey.cut = floors[k] + std::max(1, static_cast<int>(std::lround(keep * (top - floors[k]))));
+    storey.cut = floors[k] + std::max(1, top - floors[k] - cut_away(top - floors[k]));
     storey.floor_m = height_m(floors[k] + 1);
     storey.ceiling_m = last ? height_m(top + 1) : height_m(floors[k + 1] + 1);
     storeys.push_back(storey);
