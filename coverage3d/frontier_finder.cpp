@@ -12,6 +12,12 @@ namespace {
 
 constexpr std::array<VoxelIndex, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
+/// A free voxel in which a return once fell lies at a surface: the unknown behind it is the inside of something solid.
+Occupancy seen_as(const mapping::OccupancyMap& map, const VoxelIndex& v) {
+  const Occupancy there = map.at(v);
+  return there == Occupancy::kFree && map.ever_hit(v) ? Occupancy::kOccupied : there;
+}
+
 /// Classes of a block and `kRing` voxels around it; what lies outside the task box reads as occupied, so that it is
 /// neither free nor unknown.
 class Window {
@@ -29,7 +35,7 @@ class Window {
         for (int x = lo_.x; x <= hi.x; ++x) {
           const bool in =
               x >= task.lo.x && y >= task.lo.y && z >= task.lo.z && x <= task.hi.x && y <= task.hi.y && z <= task.hi.z;
-          cells_[i++] = in ? map.at(VoxelIndex{x, y, z}) : Occupancy::kOccupied;
+          cells_[i++] = in ? seen_as(map, {x, y, z}) : Occupancy::kOccupied;
         }
   }
 

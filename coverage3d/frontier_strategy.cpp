@@ -20,6 +20,9 @@ constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
 constexpr double kUseful = 0.25;         // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;   // price of a view that gains nothing of what the best one gains
+constexpr double kBelievedDepth_m = 1.0;
+constexpr double kMostWorth_m3 = 10.0;   // a larger gain does not make a stop more urgent
+constexpr double kCommitment_s = 4.0;    // another goal must be this much better than the one under way
 constexpr double kAbsorbed = 0.7;        // a cluster seen to this part from another stop needs no stop of its own
 constexpr double kCrumb_m2 = 0.3;        // smaller clusters wait until the large ones are done ...
 constexpr double kCrumbNear_s = 2.0;     // ... unless they are this near
@@ -32,9 +35,18 @@ constexpr int kStateVersion = 1;
 ViewpointConfig viewpoint_config(const CoverageConfig& config) {
   ViewpointConfig views;
   views.sensor = config.sensor;
+  views.box = config.box;
   views.nearest_m = std::max(0.4, config.sensor.min_range_m);
   views.seed = config.seed;
   return views;
+}
+
+/// From rest to rest with the trapezoidal rate profile.
+double turn_time_s(const MotionLimits& limits, double turn_rad) {
+  const double angle_rad = std::abs(turn_rad);
+  const double ramps_rad = limits.yaw_rate_radps * limits.yaw_rate_radps / limits.yaw_acceleration_radps2;
+  if (angle_rad < ramps_rad) return 2.0 * std::sqrt(angle_rad / limits.yaw_acceleration_radps2);
+  return angle_rad / limits.yaw_rate_radps + limits.yaw_rate_radps / limits.yaw_acceleration_radps2;
 }
 
 bool belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m) {
@@ -86,6 +98,7 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
   for (std::size_t i = 0; i < request.uavs.size(); ++i) {
     const UavView& uav = request.uavs[i];
     crew.uavs.push_back(i);
+    crew.target_m.push_back(uav.wants_goal && uav.goal ? std::optional(uav.goal->target_m) : std::nullopt);
     if (uav.wants_goal || !uav.goal) {
       crew.start_m.push_back(uav.position_m);
       crew.velocity_mps.push_back(uav.velocity_mps);
@@ -126,16 +139,23 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, 
   closed = 0;
   for (const auto& [id, target] : book_.targets()) {
     const FrontierCluster& cluster = finder_->clusters().at(id);
-    const bool visible = std::any_of(target.views.begin(), target.views.end(), [&](const Viewpoint& view) {
-      return !blacklist_.blocks_place(view.position_m, time_s);
-    });
+    // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
+    const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
+    const auto rewarding = [&](const Viewpoint& view) {
+      return std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
+    };
+    const auto usable = [&](const Viewpoint& view) {
+      return rewarding(view) && !blacklist_.blocks_place(view.position_m, time_s);
+    };
+    if (!target.views.empty() && std::none_of(target.views.begin(), target.views.end(), rewarding)) continue;
+    const bool visible = std::any_of(target.views.begin(), target.views.end(), usable);
     if (!visible || blacklist_.blocks_target(cluster, time_s)) {
       ++closed;
       continue;
     }
     stops.push_back({&cluster, &target.views, 0});
     Stop& stop = stops.back();
-    while (blacklist_.blocks_place(stop.pose().position_m, time_s)) ++stop.view;
+    while (!usable(stop.pose())) ++stop.view;
   }
   return stops;
 }
@@ -151,8 +171,7 @@ double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, cons
     move_s += 0.5 * (wanted_mps - velocity_mps).norm() / limits.acceleration_mps2;
   }
   if (std::abs(offset_m.z()) > kStorey_m) move_s += kStoreyChange_s;
-  const double turn_s =
-      config_.sensor.panoramic() ? 0.0 : std::abs(wrap_angle(to.yaw_rad - yaw_rad)) / limits.yaw_rate_radps;
+  const double turn_s = config_.sensor.panoramic() ? 0.0 : turn_time_s(limits, wrap_angle(to.yaw_rad - yaw_rad));
   return std::max(move_s, turn_s);
 }
 
@@ -254,8 +273,12 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
   problem.ready_s = crew.ready_s;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     problem.start_s.emplace_back();
-    for (const Stop& stop : stops) problem.start_s.back().push_back(start_s(crew, k, stop.pose()));
+    for (const Stop& stop : stops) {
+      const bool under_way = crew.target_m[k] && belongs(*stop.cluster, *crew.target_m[k]);
+      problem.start_s.back().push_back(start_s(crew, k, stop.pose()) - (under_way ? kCommitment_s : 0.0));
+    }
   }
+  for (const Stop& stop : stops) problem.worth.push_back(std::min(stop.pose().gain_m3, kMostWorth_m3));
   travel_.begin(space, motion_rule(), kNewFields);
   problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
   for (std::size_t i = 0; i < stops.size(); ++i)
@@ -283,8 +306,7 @@ Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& 
   goal.position_m = view.position_m;
   goal.yaw_rad = view.yaw_rad;
   goal.target_m = stop.cluster->center_m;
-  goal.gain_m3 = view.gain_m3 * static_cast<double>(stop.cluster->cells.size()) /
-                 static_cast<double>(std::max<std::size_t>(1, view.seen_cells.size())) * view.seen_fraction;
+  goal.gain_m3 = view.gain_m3;
   goal.travel_m = static_cast<double>(costs_[vehicle].distance_m(view.voxel));
   // Sent here again and again although it stands here: whatever is left is not seen from here.
   const auto before = std::count_if(given_.begin(), given_.end(), [&](const GivenGoal& one) {
@@ -336,11 +358,12 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   const Crew crew = crew_of(request);
   compute_costs(space, crew);
   const ViewpointPlaces where = places(request);
-  std::size_t pending = book_.update(space, *finder_, where, {});
+  book_.refresh(space, *finder_, where);
+  std::size_t pending = book_.look(space, *finder_, where, {});
   std::size_t closed = 0;
   std::vector<Stop> stops = open_stops(request.time_s, closed);
   while (stops.empty() && pending > 0) {  // before giving up, look at everything
-    pending = book_.update(space, *finder_, where, {});
+    pending = book_.look(space, *finder_, where, {});
     stops = open_stops(request.time_s, closed);
   }
   assignment.open_targets = stops.size();

@@ -43,6 +43,7 @@ class FrontierStrategy : public CoverageStrategy {
     std::vector<Eigen::Vector3d> velocity_mps;
     std::vector<double> yaw_rad;
     std::vector<double> ready_s;
+    std::vector<std::optional<Eigen::Vector3d>> target_m;  ///< what it is flying to see, while it may choose again
   };
 
   FrontierStrategy(const CoverageConfig& config, bool views_at_layers);

@@ -19,6 +19,7 @@ class TargetBook {
     std::vector<Viewpoint> views;
     bool fresh = false;     ///< the views are from after the last change nearby
     bool searched = false;  ///< the thorough search has been tried since then, too
+    int searches = 0;       ///< thorough searches so far
   };
   struct Budget {
     int samples = 60;  ///< clusters looked at per update
@@ -27,9 +28,11 @@ class TargetBook {
 
   explicit TargetBook(const ViewpointConfig& config) : sampler_(config) {}
 
-  /// Drops what is gone, checks what is there, looks for viewpoints of what has none.
+  /// Drops what is gone and checks what is there; once per update of the finder.
+  void refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places);
+  /// Looks for viewpoints of what has none.
   /// @returns clusters that are still to be looked at because the budget was used up
-  std::size_t update(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
+  std::size_t look(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
                      const Budget& budget);
   const ViewpointSampler& sampler() const { return sampler_; }
   void forget() { targets_.clear(); }
@@ -37,7 +40,8 @@ class TargetBook {
   const std::map<std::uint32_t, Target>& targets() const { return targets_; }
 
  private:
-  void mark_stale(const FrontierFinder& finder, const GridSpec& grid);
+  void revise(const planning3d::FreeSpace& space, const FrontierFinder& finder);
+  static void look_again(Target& target);
 
   ViewpointSampler sampler_;
   std::map<std::uint32_t, Target> targets_;

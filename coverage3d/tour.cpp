@@ -21,7 +21,7 @@ TourTime time_of(const TourProblem& problem, std::size_t vehicle, const Tour& to
   time.end_s = problem.ready_s[vehicle];
   for (std::size_t i = 0; i < tour.size(); ++i) {
     time.end_s += i == 0 ? problem.start_s[vehicle][tour[0]] : problem.between_s[tour[i - 1]][tour[i]];
-    time.arrivals_s += time.end_s;
+    time.arrivals_s += (problem.worth.empty() ? 1.0 : problem.worth[tour[i]]) * time.end_s;
   }
   return time;
 }

@@ -10,8 +10,9 @@ struct TourProblem {
   std::vector<double> ready_s;                 ///< per vehicle: when it can leave its start
   std::vector<std::vector<double>> start_s;    ///< [vehicle][stop]
   std::vector<std::vector<double>> between_s;  ///< [stop][stop]
+  std::vector<double> worth;                   ///< [stop]; empty = 1 each
   double balance = 1.0;                        ///< weight of the longest tour against the sum of all
-  double promptness = 0.02;                    ///< weight of the mean arrival time, so that near stops come first
+  double promptness = 0.02;                    ///< weight of worth times arrival time, so that much is seen early
 };
 
 /// Stops of each vehicle in order. Stops that no vehicle can reach are left out. Insertion with the largest regret

@@ -15,9 +15,11 @@ constexpr std::array<VoxelIndex, 6> kFaces{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-
 constexpr int kRoughCells = 8;
 constexpr int kGlanceCells = 10;
 constexpr double kRaySlack = 1.3;       // one return in so many neighbouring voxels is enough
-constexpr double kBeside = 0.5;         // worth of a ray that ends beside the voxel it was aimed at
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
+constexpr double kGainStep_m = 0.15;
+constexpr int kGainRows = 8;
+constexpr double kKeptPart = 0.7;       // of a cluster's seen cells, when a view is turned to see more besides
 constexpr double kFieldFill = 0.9;      // part of the field of view that is relied on
 
 int distance_cells(const VoxelIndex& a, const VoxelIndex& b) {
@@ -115,21 +117,79 @@ bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vecto
   return seen;
 }
 
-double ViewpointSampler::unknown_depth_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
-                                         const Target& target) const {
-  const Eigen::Vector3d offset_m = target.unknown_m - from_m;
-  const double distance_m = offset_m.norm();
-  const double depth_m =
-      std::min(config_.gain_depth_part * config_.sensor.max_range_m, config_.sensor.max_range_m - distance_m);
-  if (depth_m <= 0.0) return map.grid().resolution_m();
-  int unknown = 0;
-  walk_voxels(map.grid(), target.unknown_m, target.unknown_m + offset_m * (depth_m / distance_m),
-              [&](const VoxelIndex& v) {
-                if (!map.grid().contains(v) || map.at(v) == Occupancy::kOccupied) return false;
-                unknown += map.at(v) == Occupancy::kUnknown;
-                return true;
-              });
-  return unknown * map.grid().resolution_m();
+ViewpointSampler::Panorama ViewpointSampler::panorama(const mapping::OccupancyMap& map,
+                                                      const Eigen::Vector3d& from_m) const {
+  Panorama sectors{};
+  const SensorModel& sensor = config_.sensor;
+  const double step_m = std::max(kGainStep_m, map.grid().resolution_m());
+  const double deepest_m = config_.gain_depth_part * sensor.max_range_m;
+  const double sin_lo = std::sin(sensor.elevation_lo_rad);
+  const double sin_hi = std::sin(sensor.elevation_hi_rad);
+  const double solid_angle = (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kGainRows;
+  for (int sector = 0; sector < kSectors; ++sector) {
+    const double azimuth_rad = 2.0 * kPi * (sector + 0.5) / kSectors;
+    for (int row = 0; row < kGainRows; ++row) {
+      const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / kGainRows;
+      const double level = std::sqrt(1.0 - up * up);
+      const Eigen::Vector3d direction(level * std::cos(azimuth_rad), level * std::sin(azimuth_rad), up);
+      double depth_m = 0.0;
+      for (double r_m = step_m; r_m < sensor.max_range_m && depth_m < deepest_m; r_m += step_m) {
+        const Eigen::Vector3d point_m = from_m + r_m * direction;
+        if (!config_.box.contains(point_m)) break;
+        const VoxelIndex v = map.grid().index_of(point_m);
+        const Occupancy there = map.at(v);
+        if (there == Occupancy::kFree && !map.ever_hit(v)) continue;
+        if (there != Occupancy::kUnknown) break;
+        depth_m += step_m;
+        if (r_m >= sensor.min_range_m) sectors[static_cast<std::size_t>(sector)] += r_m * r_m * step_m * solid_angle;
+      }
+    }
+  }
+  return sectors;
+}
+
+double ViewpointSampler::in_view_m3(const Panorama& sectors, double yaw_rad) const {
+  double sum_m3 = 0.0;
+  const double half_fov = 0.5 * config_.sensor.azimuth_fov_rad;
+  for (int sector = 0; sector < kSectors; ++sector) {
+    const double aside = std::abs(wrap_angle(2.0 * kPi * (sector + 0.5) / kSectors - yaw_rad));
+    if (config_.sensor.panoramic() || aside <= half_fov) sum_m3 += sectors[static_cast<std::size_t>(sector)];
+  }
+  return sum_m3;
+}
+
+double ViewpointSampler::gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                                 double yaw_rad) const {
+  return in_view_m3(panorama(map, from_m), yaw_rad);
+}
+
+/// Turns a view, without losing much of its cluster, to where the most unknown space comes into sight with it.
+void ViewpointSampler::turn_to_most(const mapping::OccupancyMap& map, Viewpoint& view) const {
+  const Panorama sectors = panorama(map, view.position_m);
+  view.gain_m3 = in_view_m3(sectors, view.yaw_rad);
+  if (config_.sensor.panoramic()) return;
+  const double half_fov = 0.5 * kFieldFill * config_.sensor.azimuth_fov_rad;
+  const auto cells_in_view = [&](double yaw_rad) {
+    std::vector<VoxelIndex> cells;
+    for (const VoxelIndex& v : view.seen_cells) {
+      const Eigen::Vector3d offset_m = map.grid().center_of(v) - view.position_m;
+      if (std::abs(wrap_angle(std::atan2(offset_m.y(), offset_m.x()) - yaw_rad)) <= half_fov) cells.push_back(v);
+    }
+    return cells;
+  };
+  const double seen = static_cast<double>(view.seen_cells.size());
+  double best_yaw_rad = view.yaw_rad;
+  for (int sector = 0; sector < kSectors; ++sector) {
+    const double yaw_rad = wrap_angle(2.0 * kPi * sector / kSectors);
+    const double gain = in_view_m3(sectors, yaw_rad);
+    if (gain <= view.gain_m3 || static_cast<double>(cells_in_view(yaw_rad).size()) < kKeptPart * seen) continue;
+    view.gain_m3 = gain;
+    best_yaw_rad = yaw_rad;
+  }
+  if (best_yaw_rad == view.yaw_rad) return;
+  view.seen_fraction *= static_cast<double>(cells_in_view(best_yaw_rad).size()) / seen;
+  view.seen_cells = cells_in_view(best_yaw_rad);
+  view.yaw_rad = best_yaw_rad;
 }
 
 int ViewpointSampler::rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
@@ -167,17 +227,12 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
   }
   if (visible.empty()) return view;
   view.yaw_rad = best_window(azimuths_rad, kFieldFill * std::min(config_.sensor.azimuth_fov_rad, 2.0 * kPi));
-  double depth_m = 0.0;
   for (std::size_t i = 0; i < visible.size(); ++i) {
     const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
     if (!config_.sensor.panoramic() && aside > 0.5 * config_.sensor.azimuth_fov_rad) continue;
     view.seen_cells.push_back(firsts[i]);
-    const double worth = firsts[i] == visible[i]->unknown ? 1.0 : kBeside;
-    depth_m += worth * unknown_depth_m(map, view.position_m, *visible[i]);
   }
-  const double face_m2 = map.grid().resolution_m() * map.grid().resolution_m();
   view.seen_fraction = static_cast<double>(view.seen_cells.size()) / static_cast<double>(targets.size());
-  view.gain_m3 = depth_m * face_m2;
   return view;
 }
 
@@ -202,7 +257,9 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
   std::vector<Viewpoint> judged;
   for (const auto& [rank, i] : ranked) {
     Viewpoint view = judge(space.map(), candidates[i], targets);
-    if (!view.seen_cells.empty()) judged.push_back(std::move(view));
+    if (view.seen_cells.empty()) continue;
+    turn_to_most(space.map(), view);
+    judged.push_back(std::move(view));
   }
   std::stable_sort(judged.begin(), judged.end(),
                    [](const Viewpoint& a, const Viewpoint& b) { return a.gain_m3 > b.gain_m3; });

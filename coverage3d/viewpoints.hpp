@@ -1,11 +1,13 @@
 #pragma once
 
+#include "core/aabb.hpp"
 #include "core/scan.hpp"
 #include "coverage3d/frontier_finder.hpp"
 #include "planning3d/free_space.hpp"
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -18,12 +20,13 @@ struct Viewpoint {
   VoxelIndex voxel;
   double yaw_rad = 0.0;
   double seen_fraction = 0.0;          ///< of the cluster's cells
-  double gain_m3 = 0.0;                ///< unknown volume behind the seen cells, looked at to a limited depth
+  double gain_m3 = 0.0;                ///< unknown volume in the whole field of view, looked at to a limited depth
   std::vector<VoxelIndex> seen_cells;  ///< a sample of the unknown voxels beside the frontier that come into sight
 };
 
 struct ViewpointConfig {
   SensorModel sensor;
+  Aabb box;                      ///< only unknown space inside counts as gain
   double nearest_m = 0.4;        ///< least horizontal distance between viewpoint and cluster centre
   double range_fraction = 0.8;   ///< farthest: this times the sensor's range
   double gain_depth_part = 0.6;  ///< space behind the frontier counts as deep as this part of the sensor's range
@@ -57,9 +60,18 @@ class ViewpointSampler {
   /// Part of a cluster that is seen from a pose (with its yaw), by a few rays.
   double seen_part(const planning3d::FreeSpace& space, const Viewpoint& view, const FrontierCluster& cluster) const;
 
+  /// Unknown volume (m3) in the field of view of a pose (SPEC B4: expected information gain within a range): rays go
+  /// through known-free space up to the first occupied voxel and count the unknown, to a limited depth.
+  double gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad) const;
+
   const ViewpointConfig& config() const { return config_; }
 
  private:
+  static constexpr int kSectors = 32;
+  using Panorama = std::array<double, kSectors>;  ///< unknown volume per azimuth sector
+  Panorama panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m) const;
+  double in_view_m3(const Panorama& sectors, double yaw_rad) const;
+  void turn_to_most(const mapping::OccupancyMap& map, Viewpoint& view) const;
   struct Target {
     VoxelIndex unknown;
     Eigen::Vector3d unknown_m;
@@ -70,7 +82,6 @@ class ViewpointSampler {
   double sight_m(const GridSpec& grid) const;
   bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
             VoxelIndex* first = nullptr) const;
-  double unknown_depth_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target) const;
   int rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
                   const std::vector<Target>& targets) const;
   Viewpoint judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel, const std::vector<Target>& targets) const;

@@ -43,7 +43,7 @@ struct FleetConfig {
   double plan_latency_s = 0.1;   ///< least time between deciding and turning on to the new trajectory
   double replan_period_s = 1.5;
   double blacklist_radius_m = 0.6;
-  double blacklist_time_s = 30.0;
+  double blacklist_time_s = 120.0;
   std::uint64_t seed = 1;
 
   /// Every reason why the configuration cannot be used; empty = usable.

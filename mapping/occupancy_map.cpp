@@ -25,6 +25,7 @@ struct Block {
   std::array<std::uint64_t, 8> known{};
   std::array<std::uint64_t, 8> blocked;
   std::array<std::uint64_t, 8> assumed{};
+  std::array<std::uint64_t, 8> hit{};
   std::uint64_t revision = 0;
   VoxelIndex at;                ///< block coordinates
   std::uint32_t newer = kNone;  ///< neighbours in the list of changed blocks, oldest change first
@@ -231,6 +232,13 @@ struct OccupancyMap::Impl {
     return true;
   }
 
+  void note_hits(std::uint32_t index, std::size_t word, std::uint64_t bits) {
+    std::uint64_t& before = blocks[index]->hit[word];
+    if ((bits & ~before) == 0) return;
+    before |= bits;
+    mark_changed(index);
+  }
+
   std::size_t update_bits(std::uint32_t index, std::size_t word, std::uint64_t bits, float update) {
     std::size_t changed = 0;
     bool touched = false;
@@ -304,7 +312,9 @@ void OccupancyMap::update(const VoxelIndex& v, bool occupied) {
     return;
   }
   const Impl::Slot slot = impl_->slot_of(v);
-  impl_->update_bits(impl_->touch(impl_->block_of(v)), slot.word, slot.mask(), occupied ? impl_->hit : impl_->miss);
+  const std::uint32_t index = impl_->touch(impl_->block_of(v));
+  impl_->update_bits(index, slot.word, slot.mask(), occupied ? impl_->hit : impl_->miss);
+  if (occupied) impl_->note_hits(index, slot.word, slot.mask());
 }
 
 void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
@@ -321,6 +331,7 @@ void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
   impl_->rebuild_tree = impl_->rebuild_tree || std::isnan(after);
   impl_->store(index, slot.cell(), after);
   impl_->mark_dirty(index);
+  if (impl_->class_of(after) == Occupancy::kOccupied) impl_->note_hits(index, slot.word, slot.mask());
 }
 
 const std::array<int, 3>& OccupancyMap::block_offset() const { return impl_->offset; }
@@ -336,6 +347,7 @@ OccupancyMap::ScanEffect OccupancyMap::apply(const VoxelIndex& block, const Bloc
     effect.updated += static_cast<std::size_t>(std::popcount(hit) + std::popcount(miss));
     effect.changed += impl_->update_bits(index, word, miss, impl_->miss);
     effect.changed += impl_->update_bits(index, word, hit, impl_->hit);
+    impl_->note_hits(index, word, hit);
   }
   return effect;
 }
@@ -378,6 +390,12 @@ bool OccupancyMap::blocked(const VoxelIndex& v) const {
   Impl::Slot slot{};
   const Block* block = impl_->find(v, slot);
   return block == nullptr || (block->blocked[slot.word] & slot.mask()) != 0;
+}
+
+bool OccupancyMap::ever_hit(const VoxelIndex& v) const {
+  Impl::Slot slot{};
+  const Block* block = impl_->grid.contains(v) ? impl_->find(v, slot) : nullptr;
+  return block != nullptr && (block->hit[slot.word] & slot.mask()) != 0;
 }
 
 std::uint64_t OccupancyMap::revision() const { return impl_->revision; }

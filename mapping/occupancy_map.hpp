@@ -90,7 +90,11 @@ class OccupancyMap {
   /// True where a UAV must not be: occupied, outside the grid, or unknown and not assumed free.
   bool blocked(const VoxelIndex& v) const;
 
-  /// Counts up with every voxel whose tri-state (or assumed) class changes.
+  /// Whether a return ever fell into this voxel. It may be free all the same: where a surface cuts only a corner of a
+  /// voxel, more rays pass through it than end in it.
+  bool ever_hit(const VoxelIndex& v) const;
+
+  /// Counts up with every voxel whose tri-state (or assumed, or ever-hit) class changes.
   std::uint64_t revision() const;
   /// Visits the voxel box of every block in which some class changed after `revision`.
   void for_each_block_changed_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
