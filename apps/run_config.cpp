@@ -264,7 +264,16 @@ const std::vector<Entry>& run_entries() {
       {{"blacklist_radius_m", "", "", "around goals that failed"}, "0.6", number([](RunConfig& c) -> double& {
          return c.fleet.blacklist_radius_m;
        })},
-      {{"blacklist_time_s", "", "", "for goals that failed"}, "30", number([](RunConfig& c) -> double& {
+      {{"patience_s", "", "", "with only remainders left, and the map hardly growing, the run ends after this"},
+       "20",
+       number([](RunConfig& c) -> double& { return c.fleet.patience_s; })},
+      {{"remainder_gain_m3", "", "", "goals that promise less are remainders"},
+       "1.5",
+       number([](RunConfig& c) -> double& { return c.fleet.remainder_gain_m3; })},
+      {{"min_growth", "", "", "share by which a map grows while exploring is worth it"},
+       "0.001",
+       number([](RunConfig& c) -> double& { return c.fleet.min_growth; })},
+      {{"blacklist_time_s", "", "", "for goals that failed"}, "120", number([](RunConfig& c) -> double& {
          return c.fleet.blacklist_time_s;
        })},
       {{"checkpoint_period_s", "", "", "wall time between checkpoints"}, "2", number([](RunConfig& c) -> double& {

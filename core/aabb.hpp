@@ -26,9 +26,7 @@ struct Aabb {
   Aabb inflated(double margin_m) const {
     return {min_m - Eigen::Vector3d::Constant(margin_m), max_m + Eigen::Vector3d::Constant(margin_m)};
   }
-  Aabb intersection(const Aabb& other) const {
-    return {min_m.cwiseMax(other.min_m), max_m.cwiseMin(other.max_m)};
-  }
+  Aabb intersection(const Aabb& other) const { return {min_m.cwiseMax(other.min_m), max_m.cwiseMin(other.max_m)}; }
   Eigen::Vector3d size_m() const { return max_m - min_m; }
   Eigen::Vector3d center_m() const { return 0.5 * (min_m + max_m); }
   double volume_m3() const { return empty() ? 0.0 : size_m().prod(); }

@@ -16,21 +16,23 @@ GridSpec::GridSpec(const Aabb& box, double resolution_m) : resolution_m_(resolut
   if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
     throw InputError("resolution must be a positive number of metres, got " + std::to_string(resolution_m));
   }
+  per_m_ = 1.0 / resolution_m;
   for (int axis = 0; axis < 3; ++axis) {
     const double lo = box.min_m[axis] / resolution_m;
     const double hi = box.max_m[axis] / resolution_m;
     if (!std::isfinite(lo) || !std::isfinite(hi) || !(lo < hi)) {
       std::ostringstream message;
-      message << "box is empty or not finite along axis " << "xyz"[axis] << ": " << box.min_m[axis] << " to "
-              << box.max_m[axis] << " m";
+      message << "box is empty or not finite along axis "
+              << "xyz"[axis] << ": " << box.min_m[axis] << " to " << box.max_m[axis] << " m";
       throw InputError(message.str());
     }
     const double first = std::floor(lo + kFaceTolerance);
     const double last = std::ceil(hi - kFaceTolerance);
     if (first < -kKeyLimit || last > kKeyLimit) {
       std::ostringstream message;
-      message << "box reaches beyond OctoMap's key space along axis " << "xyz"[axis] << " (" << box.min_m[axis]
-              << " to " << box.max_m[axis] << " m at " << resolution_m << " m): use a coarser resolution";
+      message << "box reaches beyond OctoMap's key space along axis "
+              << "xyz"[axis] << " (" << box.min_m[axis] << " to " << box.max_m[axis] << " m at " << resolution_m
+              << " m): use a coarser resolution";
       throw InputError(message.str());
     }
     first_cell_[static_cast<std::size_t>(axis)] = static_cast<int>(first);
@@ -42,19 +44,6 @@ Aabb GridSpec::box() const {
   const Eigen::Vector3d lo(first_cell_[0], first_cell_[1], first_cell_[2]);
   const Eigen::Vector3d cells(size_[0], size_[1], size_[2]);
   return {lo * resolution_m_, (lo + cells) * resolution_m_};
-}
-
-VoxelIndex GridSpec::index_of(const Eigen::Vector3d& point_m) const {
-  // 1/resolution as OctoMap computes it, so that both put a point into the same voxel.
-  const double per_m = 1.0 / resolution_m_;
-  return {static_cast<int>(std::floor(point_m.x() * per_m)) - first_cell_[0],
-          static_cast<int>(std::floor(point_m.y() * per_m)) - first_cell_[1],
-          static_cast<int>(std::floor(point_m.z() * per_m)) - first_cell_[2]};
-}
-
-Eigen::Vector3d GridSpec::center_of(const VoxelIndex& v) const {
-  return {(first_cell_[0] + v.x + 0.5) * resolution_m_, (first_cell_[1] + v.y + 0.5) * resolution_m_,
-          (first_cell_[2] + v.z + 0.5) * resolution_m_};
 }
 
 VoxelIndex GridSpec::voxel(std::size_t linear_index) const {

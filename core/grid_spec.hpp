@@ -17,12 +17,8 @@ struct VoxelIndex {
   int z = 0;
 
   friend bool operator==(const VoxelIndex&, const VoxelIndex&) = default;
-  friend VoxelIndex operator+(const VoxelIndex& a, const VoxelIndex& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-  }
-  friend VoxelIndex operator-(const VoxelIndex& a, const VoxelIndex& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-  }
+  friend VoxelIndex operator+(const VoxelIndex& a, const VoxelIndex& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend VoxelIndex operator-(const VoxelIndex& a, const VoxelIndex& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 };
 
 /// A finite lattice of cubic voxels whose faces lie on integer multiples of the resolution, so that its voxels
@@ -40,8 +36,7 @@ class GridSpec {
   /// Signed lattice coordinate of voxel (0,0,0): its lowest corner is `first_cell * resolution`.
   const std::array<int, 3>& first_cell() const { return first_cell_; }
   std::size_t voxel_count() const {
-    return static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
-           static_cast<std::size_t>(size_[2]);
+    return static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
   }
   double voxel_volume_m3() const { return resolution_m_ * resolution_m_ * resolution_m_; }
   Aabb box() const;
@@ -52,8 +47,14 @@ class GridSpec {
   bool contains(const Eigen::Vector3d& point_m) const { return contains(index_of(point_m)); }
 
   /// Voxel that holds the point (lower faces inclusive); may lie outside the grid.
-  VoxelIndex index_of(const Eigen::Vector3d& point_m) const;
-  Eigen::Vector3d center_of(const VoxelIndex& v) const;
+  VoxelIndex index_of(const Eigen::Vector3d& point_m) const {
+    return {lattice(point_m.x()) - first_cell_[0], lattice(point_m.y()) - first_cell_[1],
+            lattice(point_m.z()) - first_cell_[2]};
+  }
+  Eigen::Vector3d center_of(const VoxelIndex& v) const {
+    return {(first_cell_[0] + v.x + 0.5) * resolution_m_, (first_cell_[1] + v.y + 0.5) * resolution_m_,
+            (first_cell_[2] + v.z + 0.5) * resolution_m_};
+  }
 
   /// x runs fastest. @pre contains(v)
   std::size_t linear(const VoxelIndex& v) const {
@@ -66,7 +67,15 @@ class GridSpec {
   friend bool operator==(const GridSpec&, const GridSpec&) = default;
 
  private:
+  /// floor(coordinate * per_m_) without the library call.
+  int lattice(double coordinate_m) const {
+    const double scaled = coordinate_m * per_m_;
+    const int truncated = static_cast<int>(scaled);
+    return truncated - (scaled < truncated ? 1 : 0);
+  }
+
   double resolution_m_ = 0.0;
+  double per_m_ = 0.0;  ///< 1/resolution as OctoMap computes it, so that both put a point into the same voxel
   std::array<int, 3> first_cell_{0, 0, 0};
   std::array<int, 3> size_{0, 0, 0};
 };

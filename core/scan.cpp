@@ -18,8 +18,7 @@ bool SensorModel::sees(const Eigen::Vector3d& point_sensor_m) const {
   const double azimuth_rad = std::atan2(point_sensor_m.y(), point_sensor_m.x());
   if (!panoramic() && std::abs(azimuth_rad) > 0.5 * azimuth_fov_rad) return false;
   // A pinhole image is flat: its upper edge is a straight line, so the elevation is measured along the optical axis.
-  const double forward_m =
-      kind == SensorKind::kDepthCamera ? point_sensor_m.x() : point_sensor_m.head<2>().norm();
+  const double forward_m = kind == SensorKind::kDepthCamera ? point_sensor_m.x() : point_sensor_m.head<2>().norm();
   const double elevation_rad = std::atan2(point_sensor_m.z(), forward_m);
   return elevation_rad >= elevation_lo_rad && elevation_rad <= elevation_hi_rad;
 }

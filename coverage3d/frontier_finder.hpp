@@ -33,8 +33,8 @@ struct FrontierCluster {
   double area_m2 = 0.0;  ///< one voxel face per cell
 };
 
-/// The definition, for one voxel: free and never hit, inside the box, at least one unknown 6-neighbour inside the box, and enough
-/// free and unknown voxels among its 26 neighbours.
+/// The definition, for one voxel: free and never hit, inside the box, at least one unknown 6-neighbour inside the box,
+/// and enough free and unknown voxels among its 26 neighbours.
 bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                  const VoxelIndex& v);
 

@@ -69,9 +69,9 @@ struct CoverageConfig {
   Aabb box;                         ///< task box: only frontiers inside count
   std::vector<double> layers_m;     ///< given layers; empty = automatic
   bool slice = false;               ///< viewpoints only at layer heights
-  double min_gain_m3 = 0.1;          ///< views that show less unknown volume are not worth a flight
+  double min_gain_m3 = 0.1;         ///< views that show less unknown volume are not worth a flight
   double blacklist_radius_m = 0.6;  ///< SPEC B4
-  double blacklist_time_s = 120.0;   ///< expiry
+  double blacklist_time_s = 120.0;  ///< expiry
   std::uint64_t seed = 1;
 };
 

@@ -6,8 +6,8 @@ namespace stairwell::coverage3d {
 
 namespace {
 
-constexpr double kNearby_m = 2.0;   // changes farther away hardly open a view on a cluster that has none
-constexpr int kMostSearches = 3;    // thorough searches of one cluster
+constexpr double kNearby_m = 2.0;  // changes farther away hardly open a view on a cluster that has none
+constexpr int kMostSearches = 3;   // thorough searches of one cluster
 
 /// Most of what was to be seen from there has become known.
 bool outdated(const mapping::OccupancyMap& map, const Viewpoint& view) {

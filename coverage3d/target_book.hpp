@@ -33,7 +33,7 @@ class TargetBook {
   /// Looks for viewpoints of what has none.
   /// @returns clusters that are still to be looked at because the budget was used up
   std::size_t look(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
-                     const Budget& budget);
+                   const Budget& budget);
   const ViewpointSampler& sampler() const { return sampler_; }
   void forget() { targets_.clear(); }
 

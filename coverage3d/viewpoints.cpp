@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -19,8 +20,8 @@ constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
 constexpr double kGainStep_m = 0.15;
 constexpr int kGainRows = 8;
-constexpr double kKeptPart = 0.7;       // of a cluster's seen cells, when a view is turned to see more besides
-constexpr double kFieldFill = 0.9;      // part of the field of view that is relied on
+constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
+constexpr double kFieldFill = 0.9;  // part of the field of view that is relied on
 
 int distance_cells(const VoxelIndex& a, const VoxelIndex& b) {
   return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
@@ -149,11 +150,13 @@ ViewpointSampler::Panorama ViewpointSampler::panorama(const mapping::OccupancyMa
 }
 
 double ViewpointSampler::in_view_m3(const Panorama& sectors, double yaw_rad) const {
+  if (config_.sensor.panoramic()) return std::accumulate(sectors.begin(), sectors.end(), 0.0);
+  constexpr double kPerRad = kSectors / (2.0 * kPi);
+  const double half = 0.5 * config_.sensor.azimuth_fov_rad * kPerRad;
+  const double middle = yaw_rad * kPerRad - 0.5;  // sector i is centred at i + 1/2
   double sum_m3 = 0.0;
-  const double half_fov = 0.5 * config_.sensor.azimuth_fov_rad;
-  for (int sector = 0; sector < kSectors; ++sector) {
-    const double aside = std::abs(wrap_angle(2.0 * kPi * (sector + 0.5) / kSectors - yaw_rad));
-    if (config_.sensor.panoramic() || aside <= half_fov) sum_m3 += sectors[static_cast<std::size_t>(sector)];
+  for (int i = static_cast<int>(std::ceil(middle - half)); i <= static_cast<int>(std::floor(middle + half)); ++i) {
+    sum_m3 += sectors[static_cast<std::size_t>(((i % kSectors) + kSectors) % kSectors)];
   }
   return sum_m3;
 }

@@ -13,7 +13,9 @@ class ExplorationLog {
   virtual ~ExplorationLog() = default;
 
   /// A UAV changed its state (`takeoff`, `radial_scan`, `find_goal`, `travel`, `land`, `done`).
-  virtual void on_state(double time_s, std::size_t uav, std::string_view state) { (void)time_s, (void)uav, (void)state; }
+  virtual void on_state(double time_s, std::size_t uav, std::string_view state) {
+    (void)time_s, (void)uav, (void)state;
+  }
   /// A goal was given; `planner` says which one found the way.
   virtual void on_goal(double time_s, std::size_t uav, const Eigen::Vector3d& goal_m, double gain_m3,
                        std::string_view planner) {

@@ -47,24 +47,36 @@ coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
 
 const char* to_string(StopReason reason) {
   switch (reason) {
-    case StopReason::kRunning: return "running";
-    case StopReason::kTargetReached: return "target reached";
-    case StopReason::kNothingReachableLeft: return "nothing reachable left";
-    case StopReason::kTimeLimit: return "time limit";
-    case StopReason::kInterrupted: return "interrupted";
+    case StopReason::kRunning:
+      return "running";
+    case StopReason::kTargetReached:
+      return "target reached";
+    case StopReason::kNothingReachableLeft:
+      return "nothing reachable left";
+    case StopReason::kTimeLimit:
+      return "time limit";
+    case StopReason::kInterrupted:
+      return "interrupted";
   }
   return "unknown";
 }
 
 const char* to_string(Phase phase) {
   switch (phase) {
-    case Phase::kGrounded: return "grounded";
-    case Phase::kTakeoff: return "takeoff";
-    case Phase::kRadialScan: return "radial_scan";
-    case Phase::kFindGoal: return "find_goal";
-    case Phase::kTravel: return "travel";
-    case Phase::kLand: return "land";
-    case Phase::kDone: return "done";
+    case Phase::kGrounded:
+      return "grounded";
+    case Phase::kTakeoff:
+      return "takeoff";
+    case Phase::kRadialScan:
+      return "radial_scan";
+    case Phase::kFindGoal:
+      return "find_goal";
+    case Phase::kTravel:
+      return "travel";
+    case Phase::kLand:
+      return "land";
+    case Phase::kDone:
+      return "done";
   }
   return "unknown";
 }

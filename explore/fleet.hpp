@@ -29,7 +29,7 @@ struct FleetStats {
   std::vector<double> integrate_ms;  ///< one per scan (filter and map)
   std::size_t fallbacks = 0;         ///< plans answered by another planner than the one asked for
   std::size_t emergency_stops = 0;
-  std::size_t open_targets = 0;      ///< left by the coverage strategy when last asked
+  std::size_t open_targets = 0;  ///< left by the coverage strategy when last asked
   std::size_t unreachable_targets = 0;
 };
 

@@ -18,30 +18,33 @@ enum class MotionModel { kLimited, kStep };
 
 /// Everything a fleet needs to know to explore; nothing about the world itself.
 struct FleetConfig {
-  Aabb task_box;                 ///< what is to be explored; UAVs stay inside
+  Aabb task_box;  ///< what is to be explored; UAVs stay inside
   double resolution_m = 0.1;
   mapping::OccupancyParams occupancy;
-  bool discretize = false;       ///< one ray per end voxel when integrating (OctoMap's discretize)
+  bool discretize = false;  ///< one ray per end voxel when integrating (OctoMap's discretize)
   SensorModel sensor;
   perception::CloudConfig cloud;
   MotionLimits limits;
   MotionModel motion = MotionModel::kLimited;
-  double step_delta_m = 0.12;    ///< `step` motion: distance per step (SPEC A5)
-  double step_period_s = 0.1;    ///< `step` motion: duration of a step (SPEC A7)
+  double step_delta_m = 0.12;  ///< `step` motion: distance per step (SPEC A5)
+  double step_period_s = 0.1;  ///< `step` motion: duration of a step (SPEC A7)
   Robot robot;
   Mode mode = Mode::kVolume;
   std::string planner = "astar";
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;
-  double start_bubble_m = 0.6;   ///< space around the start assumed free (a UAV can stand there)
-  double radial_scan_radps = 0.8;  ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)
-  bool radial_scan = true;       ///< after take-off, where sectors around the UAV are unknown
+  double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
+  double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)
+  bool radial_scan = true;          ///< after take-off, where sectors around the UAV are unknown
   double fellow_clearance_m = 0.6;  ///< least distance between UAV centres
   double time_limit_s = 1800.0;
-  bool charge_planning = true;   ///< measured computing time passes in the simulation too
-  double plan_latency_s = 0.1;   ///< least time between deciding and turning on to the new trajectory
+  bool charge_planning = true;  ///< measured computing time passes in the simulation too
+  double plan_latency_s = 0.1;  ///< least time between deciding and turning on to the new trajectory
   double replan_period_s = 1.5;
+  double remainder_gain_m3 = 1.5;  ///< goals that promise less are remainders ...
+  double patience_s = 20.0;        ///< ... and when for so long there were only remainders, and the map grew by less
+  double min_growth = 0.001;       ///< than this part of itself, nothing useful is left
   double blacklist_radius_m = 0.6;
   double blacklist_time_s = 120.0;
   std::uint64_t seed = 1;

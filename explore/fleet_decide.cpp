@@ -18,14 +18,14 @@ using coverage3d::UavView;
 
 namespace {
 
-constexpr double kRetry_s = 0.5;           // after "nothing for you" or a fellow in the way
-constexpr int kGiveUpWaiting = 12;         // plans in a row before a goal blocked by fellows is given up
-constexpr double kSettled_s = 1.0;         // nobody has anything to do for this long: the end
-constexpr double kNearlyThere_s = 2.5;     // a goal this near is not given up for another one
+constexpr double kRetry_s = 0.5;        // after "nothing for you" or a fellow in the way
+constexpr int kGiveUpWaiting = 12;      // plans in a row before a goal blocked by fellows is given up
+constexpr double kSettled_s = 1.0;      // nobody has anything to do for this long: the end
+constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
-constexpr double kRescan_m = 0.5;          // no second radial scan within this distance of the last one
-constexpr double kLatencyHeadroom = 1.5;   // plans depart this many of the last computing times ahead
+constexpr double kRescan_m = 0.5;         // no second radial scan within this distance of the last one
+constexpr double kLatencyHeadroom = 1.5;  // plans depart this many of the last computing times ahead
 constexpr double kMaxLatency_s = 1.0;
 constexpr double kMakeWayReach_m = 4.0;
 
@@ -72,9 +72,11 @@ double distance_to_polyline(const std::vector<Eigen::Vector3d>& path_m, const Ei
 void Fleet::Impl::decide() {
   for (Uav& uav : uavs) guard(uav);
   for (Uav& uav : uavs) advance_phase(uav);
+  winding_down = winding_down || !worth_going_on();
   std::vector<std::size_t> wanting;
-  for (const Uav& uav : uavs) {
-    if (wants_goal(uav)) wanting.push_back(uav.id);
+  for (Uav& uav : uavs) {
+    if (winding_down) uav.idle = true;
+    if (!winding_down && wants_goal(uav)) wanting.push_back(uav.id);
   }
   if (!wanting.empty()) assign_goals(wanting);
   finish_if_nothing_left();
@@ -94,7 +96,9 @@ void Fleet::Impl::guard(Uav& uav) {
 
 void Fleet::Impl::advance_phase(Uav& uav) {
   switch (uav.phase) {
-    case Phase::kGrounded: take_off(uav); break;
+    case Phase::kGrounded:
+      take_off(uav);
+      break;
     case Phase::kTakeoff:
     case Phase::kRadialScan:
       if (uav.at_rest(now_s())) scan_around_or_find_goal(uav);
@@ -106,7 +110,8 @@ void Fleet::Impl::advance_phase(Uav& uav) {
       if (uav.at_rest(now_s())) enter(uav, Phase::kDone);
       break;
     case Phase::kFindGoal:
-    case Phase::kDone: break;
+    case Phase::kDone:
+      break;
   }
 }
 
@@ -125,8 +130,8 @@ void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
   const MotionState state = uav.vehicle->state();
   if (config.radial_scan && (state.position_m - uav.scanned_at_m).norm() > kRescan_m) {
     uav.scanned_at_m = state.position_m;
-    const double turn_rad = radial_scan_turn(map, state.position_m, state.yaw_rad, config.sensor,
-                                             0.5 * config.sensor.max_range_m);
+    const double turn_rad =
+        radial_scan_turn(map, state.position_m, state.yaw_rad, config.sensor, 0.5 * config.sensor.max_range_m);
     if (std::abs(turn_rad) > 0.05 && command(uav, pilot.rotate(uav, turn_rad, now_s()))) {
       enter(uav, Phase::kRadialScan);
       return;
@@ -214,8 +219,8 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
   }
   const double depart_s = depart_time(uav);
   const double before_s = clock_s();
-  FlightResult flight = pilot.fly_to(space(), uav, goal.position_m, goal.yaw_rad, strategy->motion_rule(),
-                                     fellows_of(uav), depart_s);
+  FlightResult flight =
+      pilot.fly_to(space(), uav, goal.position_m, goal.yaw_rad, strategy->motion_rule(), fellows_of(uav), depart_s);
   const double computing_s = assign_s + (clock_s() - before_s);
   charge(uav, computing_s);
   const bool too_late = config.charge_planning && now_s() + computing_s > depart_s;
@@ -267,6 +272,23 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
       enter(fellow, Phase::kTravel);
     }
   }
+}
+
+/// The last visible crumbs cost more flight than all the rest: the fleet stops when only remainders are left to fly to
+/// and, over some time, hardly anything new was seen.
+bool Fleet::Impl::worth_going_on() {
+  const bool promising = std::any_of(uavs.begin(), uavs.end(), [this](const Uav& uav) {
+    return (uav.goal && uav.goal->gain_m3 >= config.remainder_gain_m3) ||
+           (uav.phase != Phase::kTravel && uav.phase != Phase::kFindGoal);
+  });
+  const auto growth = static_cast<double>(map.known_voxels()) - static_cast<double>(yield_voxels);
+  if (promising || growth > config.min_growth * static_cast<double>(yield_voxels)) {
+    yield_since_s = now_s();
+    yield_voxels = map.known_voxels();
+  }
+  if (now_s() - yield_since_s < config.patience_s) return true;
+  log.on_event(now_s(), 0, "winding_down", "only_remainders_left");
+  return false;
 }
 
 void Fleet::Impl::finish_if_nothing_left() {

@@ -51,6 +51,7 @@ struct Fleet::Impl {
   void make_way(const Uav& blocked_uav, const std::vector<Eigen::Vector3d>& wanted_path_m);
   double depart_time(const Uav& uav) const;
   void charge(Uav& uav, double computing_s);
+  bool worth_going_on();
   void finish_if_nothing_left();
   void land_all();
 
@@ -70,6 +71,9 @@ struct Fleet::Impl {
   double tick_s = 0.1;
   double idle_since_s = -1.0;  ///< nobody has anything to do since then; negative = somebody has
   double exploration_end_s = -1.0;
+  double yield_since_s = 0.0;    ///< last time that exploring was clearly worth it
+  std::size_t yield_voxels = 0;  ///< known voxels then
+  bool winding_down = false;     ///< no more goals are given
   StopReason reason = StopReason::kRunning;
 
   double now_s() const { return static_cast<double>(ticks) * tick_s; }

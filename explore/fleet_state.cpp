@@ -54,8 +54,11 @@ Trajectory trajectory_from(const json& j) {
 }
 
 json to_json(const Goal& goal) {
-  return {{"position_m", to_json(goal.position_m)}, {"yaw_rad", goal.yaw_rad},   {"target_m", to_json(goal.target_m)},
-          {"gain_m3", goal.gain_m3},                {"travel_m", goal.travel_m}};
+  return {{"position_m", to_json(goal.position_m)},
+          {"yaw_rad", goal.yaw_rad},
+          {"target_m", to_json(goal.target_m)},
+          {"gain_m3", goal.gain_m3},
+          {"travel_m", goal.travel_m}};
 }
 
 Goal goal_from(const json& j) {
@@ -104,6 +107,9 @@ std::string Fleet::save_state() const {
             {"ticks", impl_->ticks},
             {"idle_since_s", impl_->idle_since_s},
             {"exploration_end_s", impl_->exploration_end_s},
+            {"yield_since_s", impl_->yield_since_s},
+            {"yield_voxels", impl_->yield_voxels},
+            {"winding_down", impl_->winding_down},
             {"strategy", impl_->strategy->save_state()},
             {"stats",
              {{"plan_ms", impl_->stats.plan_ms},
@@ -130,6 +136,9 @@ void Fleet::load_state(const std::string& state, mapping::OccupancyMap map) {
     fleet.ticks = j.at("ticks").get<std::size_t>();
     fleet.idle_since_s = j.at("idle_since_s").get<double>();
     fleet.exploration_end_s = j.at("exploration_end_s").get<double>();
+    fleet.yield_since_s = j.at("yield_since_s").get<double>();
+    fleet.yield_voxels = j.at("yield_voxels").get<std::size_t>();
+    fleet.winding_down = j.at("winding_down").get<bool>();
     const json& stats = j.at("stats");
     fleet.stats.plan_ms = stats.at("plan_ms").get<std::vector<double>>();
     fleet.stats.integrate_ms = stats.at("integrate_ms").get<std::vector<double>>();

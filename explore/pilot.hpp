@@ -33,8 +33,8 @@ class Pilot {
                       double depart_s);
 
   /// Straight up or down without a planner (take-off, landing).
-  std::optional<Trajectory> vertical(const planning3d::FreeSpace& space, const Uav& uav, double to_z_m,
-                                     double depart_s, bool checked) const;
+  std::optional<Trajectory> vertical(const planning3d::FreeSpace& space, const Uav& uav, double to_z_m, double depart_s,
+                                     bool checked) const;
   Trajectory rotate(const Uav& uav, double turn_rad, double depart_s) const;
   Trajectory brake(const Uav& uav, double depart_s) const;
   planning3d::SafetyReport still_safe(const planning3d::FreeSpace& space, const Uav& uav, double time_s) const;

@@ -31,7 +31,7 @@ double radial_scan_turn(const mapping::OccupancyMap& map, const Eigen::Vector3d&
                         const SensorModel& sensor, double reach_m) {
   if (sensor.panoramic()) return 0.0;
   const double seen_rad = 0.5 * sensor.azimuth_fov_rad;
-  double left_rad = 0.0;   // turns that bring the farthest unknown sector on each side to the image's edge
+  double left_rad = 0.0;  // turns that bring the farthest unknown sector on each side to the image's edge
   double right_rad = 0.0;
   for (int i = 0; i < kSectors; ++i) {
     const double relative_rad = wrap_angle(2.0 * kPi * (i + 0.5) / kSectors);

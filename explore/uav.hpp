@@ -21,13 +21,13 @@ struct Uav {
   DepthSource* sensor = nullptr;
   Vehicle* vehicle = nullptr;
   Phase phase = Phase::kGrounded;
-  bool took_off = false;                  ///< started from the ground, so it lands at the end
+  bool took_off = false;  ///< started from the ground, so it lands at the end
   std::optional<coverage3d::Goal> goal;
   double goal_given_s = 0.0;
-  double next_decision_s = 0.0;           ///< not before: computing (charged) or waiting after a failure
-  double latency_s = 0.0;                 ///< how far ahead of now its plans depart
-  int waits = 0;                          ///< plans in a row that a fellow UAV was in the way of
-  bool idle = false;                      ///< the strategy had nothing for it when last asked
+  double next_decision_s = 0.0;  ///< not before: computing (charged) or waiting after a failure
+  double latency_s = 0.0;        ///< how far ahead of now its plans depart
+  int waits = 0;                 ///< plans in a row that a fellow UAV was in the way of
+  bool idle = false;             ///< the strategy had nothing for it when last asked
   Eigen::Vector3d scanned_at_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 
   const Trajectory& commanded() const { return vehicle->commanded(); }

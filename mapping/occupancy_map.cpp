@@ -23,7 +23,6 @@ float log_odds_of(double probability) { return static_cast<float>(std::log(proba
 struct Block {
   std::array<float, 512> log_odds;
   std::array<std::uint64_t, 8> known{};
-  std::array<std::uint64_t, 8> blocked;
   std::array<std::uint64_t, 8> assumed{};
   std::array<std::uint64_t, 8> hit{};
   std::uint64_t revision = 0;
@@ -33,10 +32,7 @@ struct Block {
   bool listed = false;
   bool dirty = false;
 
-  Block() {
-    log_odds.fill(kUnknownLogOdds);
-    blocked.fill(~std::uint64_t{0});
-  }
+  Block() { log_odds.fill(kUnknownLogOdds); }
 };
 
 void require_open_unit(std::vector<std::string>& problems, const char* name, double value) {
@@ -89,6 +85,7 @@ struct OccupancyMap::Impl {
   std::uint64_t revision = 0;
   std::size_t known = 0;
   std::size_t occupied = 0;
+  std::vector<std::uint8_t> seen;  ///< see OccupancyMap::seen_
   std::vector<std::uint32_t> dirty;
   bool rebuild_tree = false;
   OctreeMirror mirror;
@@ -111,6 +108,8 @@ struct OccupancyMap::Impl {
                        "): use a smaller box or a coarser resolution");
     }
     table.assign(count, kNone);
+    seen.assign(grid.voxel_count(), kBlockedBit);
+    static_assert(static_cast<int>(Occupancy::kUnknown) == 0);
   }
 
   std::size_t entry_of(const VoxelIndex& block) const {
@@ -208,6 +207,14 @@ struct OccupancyMap::Impl {
     return sum < lowest ? lowest : (sum > highest ? highest : sum);
   }
 
+  /// @pre the cell lies inside the grid
+  std::size_t linear(const Block& block, std::size_t cell) const {
+    const int in_block = static_cast<int>(cell);
+    return grid.linear({block.at.x * kBlock - offset[0] + (in_block & 7),
+                        block.at.y * kBlock - offset[1] + ((in_block >> 3) & 7),
+                        block.at.z * kBlock - offset[2] + (in_block >> 6)});
+  }
+
   /// Stores a voxel's value; true if its class changed.
   bool store(std::uint32_t index, std::size_t cell, float value) {
     Block& block = *blocks[index];
@@ -227,15 +234,21 @@ struct OccupancyMap::Impl {
     block.known[word] = class_after == Occupancy::kUnknown ? block.known[word] & ~bit : block.known[word] | bit;
     const bool stop =
         class_after == Occupancy::kOccupied || (class_after == Occupancy::kUnknown && (block.assumed[word] & bit) == 0);
-    block.blocked[word] = stop ? block.blocked[word] | bit : block.blocked[word] & ~bit;
+    std::uint8_t& summary = seen[linear(block, cell)];
+    summary = static_cast<std::uint8_t>((summary & kHitBit) | static_cast<std::uint8_t>(class_after) |
+                                        (stop ? kBlockedBit : 0));
     mark_changed(index);
     return true;
   }
 
   void note_hits(std::uint32_t index, std::size_t word, std::uint64_t bits) {
     std::uint64_t& before = blocks[index]->hit[word];
-    if ((bits & ~before) == 0) return;
+    std::uint64_t fresh = bits & ~before;
+    if (fresh == 0) return;
     before |= bits;
+    for (; fresh != 0; fresh &= fresh - 1) {
+      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |= kHitBit;
+    }
     mark_changed(index);
   }
 
@@ -291,15 +304,14 @@ OccupancyMap::OccupancyMap(const GridSpec& grid, const OccupancyParams& params) 
     throw InputError(message);
   }
   impl_ = std::make_unique<Impl>(grid, params);
+  grid_ = grid;
+  seen_ = impl_->seen.data();
 }
 OccupancyMap::~OccupancyMap() = default;
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
-const GridSpec& OccupancyMap::grid() const { return impl_->grid; }
 const OccupancyParams& OccupancyMap::params() const { return impl_->params; }
-
-Occupancy OccupancyMap::at(const VoxelIndex& v) const { return impl_->class_of(log_odds(v)); }
 
 float OccupancyMap::log_odds(const VoxelIndex& v) const {
   Impl::Slot slot{};
@@ -375,27 +387,12 @@ void OccupancyMap::assume_free(const Eigen::Vector3d& center_m, double radius_m)
         }
         block.assumed[slot.word] |= slot.mask();
         if ((block.known[slot.word] & slot.mask()) == 0) {
-          block.blocked[slot.word] &= ~slot.mask();
+          impl_->seen[impl_->grid.linear(v)] &= static_cast<std::uint8_t>(~kBlockedBit);
           impl_->mark_changed(index);
         }
       }
     }
   }
-}
-
-bool OccupancyMap::blocked(const VoxelIndex& v) const {
-  if (!impl_->grid.contains(v)) {
-    return true;
-  }
-  Impl::Slot slot{};
-  const Block* block = impl_->find(v, slot);
-  return block == nullptr || (block->blocked[slot.word] & slot.mask()) != 0;
-}
-
-bool OccupancyMap::ever_hit(const VoxelIndex& v) const {
-  Impl::Slot slot{};
-  const Block* block = impl_->grid.contains(v) ? impl_->find(v, slot) : nullptr;
-  return block != nullptr && (block->hit[slot.word] & slot.mask()) != 0;
 }
 
 std::uint64_t OccupancyMap::revision() const { return impl_->revision; }
@@ -423,8 +420,8 @@ double OccupancyMap::known_volume_m3() const {
   return static_cast<double>(impl_->known) * impl_->grid.voxel_volume_m3();
 }
 std::size_t OccupancyMap::memory_bytes() const {
-  return impl_->table.capacity() * sizeof(std::uint32_t) + impl_->blocks.size() * (sizeof(Block) + sizeof(void*)) +
-         impl_->mirror.memory_bytes();
+  return impl_->table.capacity() * sizeof(std::uint32_t) + impl_->seen.capacity() +
+         impl_->blocks.size() * (sizeof(Block) + sizeof(void*)) + impl_->mirror.memory_bytes();
 }
 
 const octomap::OcTree& OccupancyMap::octree() const {

@@ -62,12 +62,14 @@ class OccupancyMap {
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
 
-  const GridSpec& grid() const;
+  const GridSpec& grid() const { return grid_; }
   const OccupancyParams& params() const;
 
   /// kUnknown outside the grid.
-  Occupancy at(const VoxelIndex& v) const;
-  Occupancy at(const Eigen::Vector3d& point_m) const { return at(grid().index_of(point_m)); }
+  Occupancy at(const VoxelIndex& v) const {
+    return grid_.contains(v) ? static_cast<Occupancy>(seen_[grid_.linear(v)] & kClassBits) : Occupancy::kUnknown;
+  }
+  Occupancy at(const Eigen::Vector3d& point_m) const { return at(grid_.index_of(point_m)); }
   /// Log-odds of a known voxel; NaN when unknown or outside.
   float log_odds(const VoxelIndex& v) const;
 
@@ -88,11 +90,11 @@ class OccupancyMap {
   /// its files stay as they are.
   void assume_free(const Eigen::Vector3d& center_m, double radius_m);
   /// True where a UAV must not be: occupied, outside the grid, or unknown and not assumed free.
-  bool blocked(const VoxelIndex& v) const;
+  bool blocked(const VoxelIndex& v) const { return !grid_.contains(v) || (seen_[grid_.linear(v)] & kBlockedBit) != 0; }
 
   /// Whether a return ever fell into this voxel. It may be free all the same: where a surface cuts only a corner of a
   /// voxel, more rays pass through it than end in it.
-  bool ever_hit(const VoxelIndex& v) const;
+  bool ever_hit(const VoxelIndex& v) const { return grid_.contains(v) && (seen_[grid_.linear(v)] & kHitBit) != 0; }
 
   /// Counts up with every voxel whose tri-state (or assumed, or ever-hit) class changes.
   std::uint64_t revision() const;
@@ -109,8 +111,15 @@ class OccupancyMap {
   const octomap::OcTree& octree() const;
 
  private:
+  // One byte per voxel beside the log-odds, so that the questions asked most often cost one load.
+  static constexpr std::uint8_t kClassBits = 3;
+  static constexpr std::uint8_t kBlockedBit = 4;
+  static constexpr std::uint8_t kHitBit = 8;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  GridSpec grid_;
+  const std::uint8_t* seen_ = nullptr;  ///< owned by impl_
 };
 
 }  // namespace stairwell::mapping
