@@ -271,7 +271,7 @@ const std::vector<Entry>& run_entries() {
        "1.5",
        number([](RunConfig& c) -> double& { return c.fleet.remainder_gain_m3; })},
       {{"min_growth", "", "", "share by which a map grows while exploring is worth it"},
-       "0.001",
+       "0.003",
        number([](RunConfig& c) -> double& { return c.fleet.min_growth; })},
       {{"blacklist_time_s", "", "", "for goals that failed"}, "120", number([](RunConfig& c) -> double& {
          return c.fleet.blacklist_time_s;

@@ -44,7 +44,7 @@ struct FleetConfig {
   double replan_period_s = 1.5;
   double remainder_gain_m3 = 1.5;  ///< goals that promise less are remainders ...
   double patience_s = 20.0;        ///< ... and when for so long there were only remainders, and the map grew by less
-  double min_growth = 0.001;       ///< than this part of itself, nothing useful is left
+  double min_growth = 0.003;       ///< than this part of itself, nothing useful is left
   double blacklist_radius_m = 0.6;
   double blacklist_time_s = 120.0;
   std::uint64_t seed = 1;

@@ -242,6 +242,7 @@ Outcome run_nearest(const Scenario& scenario) {
   FrontierFinder finder(scenario.world.grid(), frontiers);
   ViewpointConfig views;
   views.sensor = config.sensor;
+  views.box = config.box;
   TargetBook book(views);
   Blacklist blacklist(config.blacklist_radius_m, config.blacklist_time_s);
   const auto assign = [&](const planning3d::FreeSpace& space, const AssignmentRequest& request) {
@@ -255,7 +256,8 @@ Outcome run_nearest(const Scenario& scenario) {
     places.reachable = [&](const VoxelIndex& v) {
       return std::any_of(costs.begin(), costs.end(), [&](const auto& c) { return std::isfinite(c.distance_m(v)); });
     };
-    while (book.update(space, finder, places, {}) > 0) {
+    book.refresh(space, finder, places);
+    while (book.look(space, finder, places, {}) > 0) {
     }
     for (std::size_t k = 0; k < costs.size(); ++k) {
       if (!request.uavs[k].wants_goal) continue;
