@@ -146,6 +146,9 @@ class ExploreRun {
     }
     coverage_.update(fleet_->map());
     flight_.observe(fleet_->time_s(), states, grounded);
+    for (const FlightMeter::Contact& contact : flight_.take_contacts()) {
+      log_->on_event(fleet_->time_s(), contact.uav, "collision", contact.with);
+    }
     milestones_.observe(fleet_->time_s(), coverage_.coverage());
     log_->record(*fleet_, coverage_.coverage());
   }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace stairwell::apps {
@@ -80,6 +81,16 @@ double CoverageMeter::coverage() const {
   return explorable_count_ == 0 ? kNan : static_cast<double>(known_count_) / static_cast<double>(explorable_count_);
 }
 
+namespace {
+
+std::string place_text(const Eigen::Vector3d& p_m) {
+  char text[96];
+  std::snprintf(text, sizeof(text), "%.3f,%.3f,%.3f", p_m.x(), p_m.y(), p_m.z());
+  return text;
+}
+
+}  // namespace
+
 FlightMeter::FlightMeter(const sim3d::GroundTruth& truth, double robot_radius_m, std::size_t uavs)
     : truth_(truth),
       radius_m_(robot_radius_m),
@@ -127,13 +138,21 @@ void FlightMeter::observe_moment(const std::vector<Eigen::Vector3d>& positions_m
   const std::size_t count = positions_m.size();
   for (std::size_t i = 0; i < count; ++i) {
     const bool touches = touches_world(positions_m[i], near_ground[i]);
-    if (touches && !touching_[i]) ++collisions_;
+    if (touches && !touching_[i]) {
+      ++collisions_;
+      contacts_.push_back({i, "world at " + place_text(positions_m[i]) + ", " +
+                                  std::to_string(truth_.clearance_m(positions_m[i], radius_m_)) +
+                                  " m from its centre"});
+    }
     touching_[i] = touches;
     for (std::size_t j = i + 1; j < count; ++j) {
       const double distance_m = (positions_m[i] - positions_m[j]).norm();
       min_distance_m_ = std::min(min_distance_m_, distance_m);
       const bool pair_touches = distance_m < 2.0 * radius_m_;
-      if (pair_touches && !pair_touching_[i * count + j]) ++collisions_;
+      if (pair_touches && !pair_touching_[i * count + j]) {
+        ++collisions_;
+        contacts_.push_back({i, "uav " + std::to_string(j) + " at " + place_text(positions_m[i])});
+      }
       pair_touching_[i * count + j] = pair_touches;
     }
   }

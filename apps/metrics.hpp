@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stairwell::apps {
@@ -48,6 +49,12 @@ class FlightMeter {
 
   const std::vector<double>& path_length_m() const { return path_length_m_; }
   std::size_t collisions() const { return collisions_; }
+  struct Contact {
+    std::size_t uav;
+    std::string with;  ///< where, and with what
+  };
+  /// Contacts that began since the last call.
+  std::vector<Contact> take_contacts() { return std::exchange(contacts_, {}); }
   /// Over all pairs of UAVs and all ticks; NaN for a single UAV.
   double mean_distance_m() const;
   double std_distance_m() const;
@@ -70,6 +77,7 @@ class FlightMeter {
   std::vector<bool> touching_;       ///< per UAV: in a contact episode with the world
   std::vector<bool> pair_touching_;  ///< per pair of UAVs
   std::size_t collisions_ = 0;
+  std::vector<Contact> contacts_;
   std::uint64_t pair_samples_ = 0;
   double distance_mean_m_ = 0.0, distance_m2_ = 0.0;  ///< Welford's running mean and sum of squared differences
   double min_distance_m_;

@@ -118,7 +118,10 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
 void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const Crew& crew) {
   costs_.resize(crew.uavs.size());
   const planning3d::MotionRule rule = motion_rule();
-  for (std::size_t k = 0; k < crew.uavs.size(); ++k) costs_[k].compute(space, crew.start_m[k], rule);
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
+    costs_[k].compute(space, crew.start_m[k], rule, std::numeric_limits<double>::infinity(),
+                      k > 0 ? &costs_.front() : nullptr);
+  }
 }
 
 bool FrontierStrategy::reachable(const VoxelIndex& v) const {

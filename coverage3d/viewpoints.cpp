@@ -18,8 +18,8 @@ constexpr int kGlanceCells = 10;
 constexpr double kRaySlack = 1.3;       // one return in so many neighbouring voxels is enough
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
-constexpr double kGainStep_m = 0.15;
-constexpr int kGainRows = 8;
+constexpr double kGainStep_m = 0.2;
+constexpr int kGainRows = 6;
 constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
 constexpr double kFieldFill = 0.9;  // part of the field of view that is relied on
 

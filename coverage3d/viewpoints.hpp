@@ -67,7 +67,7 @@ class ViewpointSampler {
   const ViewpointConfig& config() const { return config_; }
 
  private:
-  static constexpr int kSectors = 32;
+  static constexpr int kSectors = 24;
   using Panorama = std::array<double, kSectors>;  ///< unknown volume per azimuth sector
   Panorama panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m) const;
   double in_view_m3(const Panorama& sectors, double yaw_rad) const;

@@ -232,9 +232,9 @@ struct OccupancyMap::Impl {
     occupied += (class_after == Occupancy::kOccupied ? 1U : 0U);
     occupied -= (class_before == Occupancy::kOccupied ? 1U : 0U);
     block.known[word] = class_after == Occupancy::kUnknown ? block.known[word] & ~bit : block.known[word] | bit;
-    const bool stop =
-        class_after == Occupancy::kOccupied || (class_after == Occupancy::kUnknown && (block.assumed[word] & bit) == 0);
     std::uint8_t& summary = seen[linear(block, cell)];
+    const bool stop = class_after == Occupancy::kOccupied || (summary & kHitBit) != 0 ||
+                      (class_after == Occupancy::kUnknown && (block.assumed[word] & bit) == 0);
     summary = static_cast<std::uint8_t>((summary & kHitBit) | static_cast<std::uint8_t>(class_after) |
                                         (stop ? kBlockedBit : 0));
     mark_changed(index);
@@ -247,7 +247,7 @@ struct OccupancyMap::Impl {
     if (fresh == 0) return;
     before |= bits;
     for (; fresh != 0; fresh &= fresh - 1) {
-      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |= kHitBit;
+      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |= kHitBit | kBlockedBit;
     }
     mark_changed(index);
   }

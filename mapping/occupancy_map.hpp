@@ -89,7 +89,8 @@ class OccupancyMap {
   /// Unknown space inside this sphere counts as free for `blocked` (the spot a UAV is started from); the map and
   /// its files stay as they are.
   void assume_free(const Eigen::Vector3d& center_m, double radius_m);
-  /// True where a UAV must not be: occupied, outside the grid, or unknown and not assumed free.
+  /// True where a UAV must not be: occupied, ever hit (a surface is near, whatever the majority of rays says), outside
+  /// the grid, or unknown and not assumed free.
   bool blocked(const VoxelIndex& v) const { return !grid_.contains(v) || (seen_[grid_.linear(v)] & kBlockedBit) != 0; }
 
   /// Whether a return ever fell into this voxel. It may be free all the same: where a surface cuts only a corner of a

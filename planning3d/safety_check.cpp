@@ -42,7 +42,7 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
         const VoxelIndex v{x, y, z};
         if (!space.map().blocked(v)) continue;
         if (!sphere_hits_voxel(sphere, position_m, voxel, grid.center_of(v))) continue;
-        if (space.map().at(v) == Occupancy::kOccupied) return Verdict::kOccupied;
+        if (space.map().at(v) == Occupancy::kOccupied || space.map().ever_hit(v)) return Verdict::kOccupied;
         if (worst != Verdict::kUnknown) worst = grid.contains(v) ? Verdict::kUnknown : Verdict::kOutsideBox;
       }
     }
@@ -54,17 +54,16 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
 class Walker {
  public:
   Walker(const SafetyCheck& check, const FreeSpace& space) : check_(check), space_(space) {
-    radius_m_ = space.robot().radius_m;
+    radius_m_ = whole_m_ = space.robot().radius_m + check.config().spare_m;
   }
 
   Verdict visit(const Eigen::Vector3d& at_m) {
     if (first_) start(at_m);
     gone_m_ += (at_m - last_m_).norm();
     last_m_ = at_m;
-    const double whole_m = space_.robot().radius_m;
-    if (radius_m_ < whole_m) {
-      if (gone_m_ > check_.config().escape_m || check_.check_position(space_, at_m, whole_m) == Verdict::kSafe) {
-        radius_m_ = whole_m;
+    if (radius_m_ < whole_m_) {
+      if (gone_m_ > check_.config().escape_m || check_.check_position(space_, at_m, whole_m_) == Verdict::kSafe) {
+        radius_m_ = whole_m_;
       }
     }
     return check_.check_position(space_, at_m, radius_m_);
@@ -74,18 +73,18 @@ class Walker {
   void start(const Eigen::Vector3d& at_m) {
     first_ = false;
     last_m_ = at_m;
-    const double whole_m = space_.robot().radius_m;
     if (!(check_.config().escape_m > 0.0)) return;
     for (const double part : {1.0, 0.75, 0.5, 0.25, 0.05}) {
-      radius_m_ = part * whole_m;
+      radius_m_ = part * whole_m_;
       if (check_.check_position(space_, at_m, radius_m_) == Verdict::kSafe) return;
     }
-    radius_m_ = whole_m;
+    radius_m_ = whole_m_;
   }
 
   const SafetyCheck& check_;
   const FreeSpace& space_;
   bool first_ = true;
+  double whole_m_;
   double radius_m_;
   double gone_m_ = 0.0;
   Eigen::Vector3d last_m_ = Eigen::Vector3d::Zero();

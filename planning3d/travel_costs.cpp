@@ -182,9 +182,16 @@ void TravelCosts::spread_slice(float limit_cells) {
 }
 
 void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
-                          double limit_m) {
+                          double limit_m, const TravelCosts* like) {
   resize(space.grid());
-  mark_passable(space, rule);
+  if (like != nullptr && like != this && like->passable_.size() == cost_.size() && like->grid_ == grid_ &&
+      like->cell_voxels_ == cell_voxels_) {
+    cost_ = like->passable_;
+    level_ = like->level_;
+  } else {
+    mark_passable(space, rule);
+    passable_ = cost_;
+  }
   source_m_ = source_m;
   VoxelIndex source;
   if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * grid_.resolution_m()), source)) return;

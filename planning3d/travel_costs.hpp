@@ -23,8 +23,10 @@ class TravelCosts {
   TravelCosts& operator=(TravelCosts&&) noexcept;
 
   /// Recomputes from `source_m`. Cells farther than `limit_m` stay unreachable.
+  /// @param like  costs just computed in the same space under the same rule, from another source: what is passable is
+  /// taken from there instead of being looked up again
   void compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
-               double limit_m = std::numeric_limits<double>::infinity());
+               double limit_m = std::numeric_limits<double>::infinity(), const TravelCosts* like = nullptr);
 
   /// Metres along the shortest way; kUnreachable where there is none.
   float distance_m(const VoxelIndex& v) const;
@@ -50,6 +52,7 @@ class TravelCosts {
   GridSpec grid_;
   int size_[3] = {0, 0, 0};  ///< cells, with a border of one impassable cell on every side
   Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
+  std::vector<float> passable_;          ///< cost_ before any source: impassable or not reached yet
   std::vector<float> cost_;              ///< in cell edges; negative = impassable
   std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
   std::vector<std::uint8_t> level_;      ///< slice rule: 1 where horizontal moves are allowed

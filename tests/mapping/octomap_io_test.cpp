@@ -11,6 +11,8 @@
 #include <limits>
 #include <sstream>
 
+#include <unistd.h>
+
 using namespace stairwell;
 using namespace stairwell::mapping;
 using namespace stairwell::mapping::test;
@@ -19,7 +21,8 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path scratch(const std::string& name) {
-  const fs::path folder = fs::path(STAIRWELL_TEST_TMP) / "octomap_io";
+  const fs::path folder =
+      fs::path(STAIRWELL_TEST_TMP) / ("octomap_io-" + std::to_string(::getpid()));  // cases run side by side
   fs::create_directories(folder);
   return folder / name;
 }

@@ -11,10 +11,13 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 namespace stairwell::sim3d::test {
 
 inline std::filesystem::path temporary(const std::string& name) {
-  const std::filesystem::path folder = std::filesystem::path(STAIRWELL_TEST_TMP) / "loaders";
+  const std::filesystem::path folder =
+      std::filesystem::path(STAIRWELL_TEST_TMP) / ("loaders-" + std::to_string(::getpid()));  // cases run side by side
   std::filesystem::create_directories(folder);
   return folder / name;
 }
