@@ -340,7 +340,11 @@ void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
   if (before == after || (std::isnan(before) && std::isnan(after))) {
     return;
   }
-  impl_->rebuild_tree = impl_->rebuild_tree || std::isnan(after);
+  if (std::isnan(after)) {
+    impl_->rebuild_tree = true;
+    impl_->blocks[index]->hit[slot.word] &= ~slot.mask();
+    impl_->seen[impl_->grid.linear(v)] &= static_cast<std::uint8_t>(~kHitBit);
+  }
   impl_->store(index, slot.cell(), after);
   impl_->mark_dirty(index);
   if (impl_->class_of(after) == Occupancy::kOccupied) impl_->note_hits(index, slot.word, slot.mask());

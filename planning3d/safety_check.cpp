@@ -53,8 +53,8 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
 /// Checks one place after the other with the escape allowance.
 class Walker {
  public:
-  Walker(const SafetyCheck& check, const FreeSpace& space) : check_(check), space_(space) {
-    radius_m_ = whole_m_ = space.robot().radius_m + check.config().spare_m;
+  Walker(const SafetyCheck& check, const FreeSpace& space, double spare_m) : check_(check), space_(space) {
+    radius_m_ = whole_m_ = space.robot().radius_m + spare_m;
   }
 
   Verdict visit(const Eigen::Vector3d& at_m) {
@@ -128,7 +128,7 @@ Verdict SafetyCheck::check_position(const FreeSpace& space, const Eigen::Vector3
 }
 
 SafetyReport SafetyCheck::check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const {
-  Walker walker(*this, space);
+  Walker walker(*this, space, config_.spare_m);
   double gone_m = 0.0;
   for (std::size_t i = 0; i < path_m.size(); ++i) {
     const Eigen::Vector3d from_m = i > 0 ? path_m[i - 1] : path_m[i];
@@ -149,7 +149,7 @@ SafetyReport SafetyCheck::check_path(const FreeSpace& space, const std::vector<E
 
 SafetyReport SafetyCheck::check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const {
   if (trajectory.empty()) return {};
-  Walker walker(*this, space);
+  Walker walker(*this, space, config_.spare_m);
   const double end_s = trajectory.end_time_s();
   Eigen::Vector3d checked_m = trajectory.sample(from_s).position_m;
   Verdict verdict = walker.visit(checked_m);

@@ -14,6 +14,7 @@ namespace stairwell::planning3d {
 
 namespace {
 
+constexpr double kSpare_m = 0.01;  // asked for first; places too narrow for it are flown through without
 constexpr double kYawShare = 0.98;
 constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a step or two) before it sets off
 constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner
@@ -299,6 +300,14 @@ Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits&
 
 std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const TrajectoryRequest& request) const {
   if (!usable(request)) return std::nullopt;
+  SafetyCheck::Config roomy = check_.config();
+  roomy.spare_m += kSpare_m;
+  if (auto trajectory = build_checked(space, request, SafetyCheck(roomy))) return trajectory;
+  return build_checked(space, request, check_);
+}
+
+std::optional<Trajectory> TrajectoryBuilder::build_checked(const FreeSpace& space, const TrajectoryRequest& request,
+                                                           const SafetyCheck& check) const {
   const MotionState start = request.previous->sample(request.depart_s);
   Path path_m = without_repeats(request.path_m);
   if (path_m.size() == 1) path_m.insert(path_m.begin(), start.position_m);
@@ -309,13 +318,13 @@ std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const
     const FlownCurve flown = flown_curve(*request.previous, request.depart_s);
     const FlownCurve stop = hardest_stop(flown, limits_, kBraking);
     if (stop.curve.size() > 1) {
-      rides = moving_rides(space, check_, limits_, path_m, start, flown, stop.curve.length_m());
+      rides = moving_rides(space, check, limits_, path_m, start, flown, stop.curve.length_m());
     }
   }
   Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
   const Eigen::Vector3d stopped_m = braked.states.back().position_m;
-  auto next = ride_from_rest(space, check_, limits_, path_m, stopped_m);
-  if (!next) next = ride_from_rest(space, check_, limits_, way_back(braked, path_m), stopped_m);
+  auto next = ride_from_rest(space, check, limits_, path_m, stopped_m);
+  if (!next) next = ride_from_rest(space, check, limits_, way_back(braked, path_m), stopped_m);
   if (next) {
     join_at_rest(braked, *next);
     rides.push_back(std::move(braked));
@@ -334,8 +343,8 @@ std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const
                    [](const Ride& a, const Ride& b) { return a.states.size() < b.states.size(); });
   for (Ride& ride : rides) {
     Trajectory trajectory(request.depart_s, std::move(ride.states));
-    if (!check_.check_limits(trajectory, limits_, request.depart_s).safe()) continue;
-    if (!check_.check_space(space, trajectory, request.depart_s).safe()) continue;
+    if (!check.check_limits(trajectory, limits_, request.depart_s).safe()) continue;
+    if (!check.check_space(space, trajectory, request.depart_s).safe()) continue;
     return trajectory;
   }
   return std::nullopt;

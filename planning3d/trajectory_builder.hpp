@@ -40,6 +40,9 @@ class TrajectoryBuilder {
                                double goal_yaw_rad, double delta_m, double period_s);
 
  private:
+  std::optional<Trajectory> build_checked(const FreeSpace& space, const TrajectoryRequest& request,
+                                          const SafetyCheck& check) const;
+
   MotionLimits limits_;
   SafetyCheck check_;
 };

@@ -1,6 +1,7 @@
 #include "core/errors.hpp"
 #include "explore/fleet.hpp"
 #include "mapping/octomap_io.hpp"
+#include "sim3d/ground_truth.hpp"
 #include "tests/explore/toy_building.hpp"
 
 #include <catch2/catch.hpp>
@@ -54,12 +55,16 @@ TEST_CASE("one UAV explores two rooms in either mode and says that nothing is le
   ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
   explore::ExplorationLog log;
   Fleet fleet(config, sim.doors(), log, no_clock);
+  const sim3d::GroundTruth truth({"two rooms", test::two_rooms(), config.task_box}, GridSpec(config.task_box, 0.1));
+  bool touched = false;
   while (fleet.step()) {
+    touched = touched || !truth.sphere_free(fleet.uav_state(0).position_m, config.robot.radius_m - 0.002);
   }
   INFO("slice " << slice << ", ended at " << fleet.time_s() << " s");
   CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
   CHECK(known_share(fleet.map()) >= 0.98);
-  CHECK(fleet.stats().emergency_stops == 0);
+  CHECK_FALSE(touched);
+  CHECK(fleet.stats().fallbacks == 0);
 }
 
 TEST_CASE("UAVs keep their distance in a small building and share the work") {

@@ -85,7 +85,7 @@ TEST_CASE("look-ups agree with the tree and counts with the look-ups", "[map]") 
         REQUIRE(node->getLogOdds() == map.log_odds(v));
         REQUIRE(tree.isNodeOccupied(node) == (map.at(v) == Occupancy::kOccupied));
       }
-      REQUIRE(map.blocked(v) == (map.at(v) != Occupancy::kFree));
+      REQUIRE(map.blocked(v) == (map.at(v) != Occupancy::kFree || map.ever_hit(v)));
     }
     CHECK(map.known_voxels() == known);
     CHECK(map.occupied_voxels() == occupied);
@@ -122,6 +122,23 @@ TEST_CASE("hits win over misses within a block mask", "[map]") {
   CHECK(effect.updated == 1);
   CHECK(effect.changed == 1);
   CHECK(map.at(VoxelIndex{4, 3, 2}) == Occupancy::kOccupied);
+}
+
+TEST_CASE("a voxel that was ever hit stays closed to flight, however many rays pass it", "[map]") {
+  OccupancyMap map(grid_between(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(1.0)));
+  const VoxelIndex v{4, 5, 6};
+  map.update(v, false);
+  CHECK_FALSE(map.ever_hit(v));
+  CHECK_FALSE(map.blocked(v));
+  const std::uint64_t before = map.revision();
+  for (int i = 0; i < 10; ++i) map.update(v, false);
+  map.update(v, true);  // the class does not change, but flight must hear of it
+  CHECK(map.at(v) == Occupancy::kFree);
+  CHECK(map.ever_hit(v));
+  CHECK(map.blocked(v));
+  CHECK(map.revision() > before);
+  map.set_log_odds(v, std::nanf(""));
+  CHECK_FALSE(map.ever_hit(v));
 }
 
 TEST_CASE("assumed-free space is open to flight but not part of the map", "[map]") {
