@@ -8,19 +8,22 @@ import sys
 
 HEAD = """# Results
 
-Six own worlds, four UAVs, both modes. Made by `scripts/results.sh` with the release preset; every run folder keeps its
+Six own worlds in both modes with four UAVs, and two buildings of published explorers. Made by `scripts/results.sh` (with
+`DATA=DIR` for the latter) and the release preset, two runs side by side, planning time not charged; every run folder keeps its
 configuration and seed. Coverage is observed over explorable volume (see [metrics.md](metrics.md)); times are simulated
-seconds; "wall" is how long the computer took.
+seconds; "wall" is how long the computer took, on two cores.
 
 """
 COLUMNS = [
     ("world", lambda m: pathlib.PurePath(str(m.get("world", "?"))).stem),
     ("mode", lambda m: m.get("mode", "?")),
+    ("UAVs", lambda m: m.get("uavs", "?")),
     ("seed", lambda m: m.get("seed", "?")),
     ("coverage", lambda m: number(m, "coverage", "{:.3f}")),
     ("t50 s", lambda m: number(m, "t50_s", "{:.0f}")),
     ("t90 s", lambda m: number(m, "t90_s", "{:.0f}")),
     ("t95 s", lambda m: number(m, "t95_s", "{:.0f}")),
+    ("t99 s", lambda m: number(m, "t99_s", "{:.0f}")),
     ("finish s", lambda m: number(m, "finish_s", "{:.0f}")),
     ("path m", lambda m: number(m, "path_length_m", "{:.0f}")),
     ("d mean m", lambda m: number(m, "mean_uav_distance_m", "{:.1f}")),
