@@ -69,6 +69,10 @@ Simulation::Simulation(RunConfig config)
   if (!config_.box_given) config_.fleet.task_box = rounded(world_.bounds);
   config_.box_given = true;
   require_usable(config_);
+  if (config_.fleet.task_box.intersection(world_.bounds).empty()) {
+    throw InputError("--box lies outside " + config_.world.string() +
+                     ": nothing of the world is in it (stairwell world info prints the bounds)");
+  }
   caster_ = std::make_shared<const sim3d::RayCaster>(world_.mesh);
   truth_ = std::make_unique<sim3d::GroundTruth>(world_, map_grid(config_.fleet));
   starts_ = place_starts(config_, *truth_);

@@ -27,7 +27,9 @@ list_runs() {
     [[ -n ${DATA:-} ]] || continue
     local duplex="$DATA/buildings/duplex_office.sdf --box=-10,-10,0,10,10,4 --start=-9,0,0 --fov-deg 90x73.7 --range 5
       --vmax 2 --amax 3 --yaw-rate-deg 90 --yaw-acc-deg 90 --seed $seed"
+    # shellcheck disable=SC2086  # meant to be split
     echo "duplex_office-volume-$seed" $duplex --mode volume
+    # shellcheck disable=SC2086
     echo "duplex_office-slice-$seed" $duplex --mode slice --uavs 2
     echo "cubicle_office-volume-$seed $DATA/multi_uav/cubicle_office.pcd --box=-14.7,-15.7,0.5,15.6,15.1,2.0 --start=-13.5,0,1" \
       "--start=-13.5,-1,1 --start=-13.5,1,1 --start=-13.5,2,1 --sensor lidar --fov-deg 360x-7..45 --samples 20000 --range 10" \
@@ -35,6 +37,7 @@ list_runs() {
   done
 }
 
+# shellcheck disable=SC2317  # called through xargs
 one_run() {
   local program=$1 runs=$2 name=$3
   shift 3

@@ -108,6 +108,7 @@ TEST_CASE("bad inputs are named, exit code 2, and leave nothing") {
   require_refused(explore({"--box", "0,0,0,0,1,1"}), "no volume");
   require_refused(explore({"--box", "1,1,1,0,0,0"}), "box");
   require_refused(explore({"--box", "0,0,0,1,1"}), "--box");
+  require_refused(explore({"--box", "100,100,100,101,101,101"}), "outside");
   require_refused(explore({"--box", "-0.1,-1.4,0.1,0.1,0.2,1.9"}), "free space");
   require_refused(explore({"--mode", "sideways"}), "slice, volume");
   require_refused(explore({"--planner", "magic"}), "astar");
