@@ -6,6 +6,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace stairwell::explore {
 
@@ -100,6 +101,23 @@ void restore(Uav& uav, const json& j) {
   uav.vehicle->resume(trajectory_from(j.at("trajectory")));
 }
 
+/// Free voxels in which a return once fell, by linear index: a map file does not tell them from others.
+std::vector<std::size_t> hit_but_free(const mapping::OccupancyMap& map) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
+    const VoxelIndex v = map.grid().voxel(i);
+    if (map.ever_hit(v) && map.at(v) == Occupancy::kFree) found.push_back(i);
+  }
+  return found;
+}
+
+void mark_hits(mapping::OccupancyMap& map, const std::vector<std::size_t>& voxels) {
+  for (const std::size_t i : voxels) {
+    if (i >= map.grid().voxel_count()) throw InputError("the saved fleet state is damaged: a voxel beyond the map");
+    map.mark_hit(map.grid().voxel(i));
+  }
+}
+
 }  // namespace
 
 std::string Fleet::save_state() const {
@@ -111,6 +129,7 @@ std::string Fleet::save_state() const {
             {"yield_voxels", impl_->yield_voxels},
             {"winding_down", impl_->winding_down},
             {"strategy", impl_->strategy->save_state()},
+            {"hit_but_free", hit_but_free(impl_->map)},
             {"stats",
              {{"plan_ms", impl_->stats.plan_ms},
               {"integrate_ms", impl_->stats.integrate_ms},
@@ -146,6 +165,7 @@ void Fleet::load_state(const std::string& state, mapping::OccupancyMap map) {
     fleet.stats.emergency_stops = stats.at("emergency_stops").get<std::size_t>();
     fleet.stats.open_targets = stats.at("open_targets").get<std::size_t>();
     fleet.stats.unreachable_targets = stats.at("unreachable_targets").get<std::size_t>();
+    mark_hits(map, j.at("hit_but_free").get<std::vector<std::size_t>>());
     fleet.map = std::move(map);
     fleet.assumed.clear();
     for (const json& a : j.at("assumed_free")) {

@@ -247,7 +247,8 @@ struct OccupancyMap::Impl {
     if (fresh == 0) return;
     before |= bits;
     for (; fresh != 0; fresh &= fresh - 1) {
-      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |= kHitBit | kBlockedBit;
+      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |=
+          kHitBit | kBlockedBit;
     }
     mark_changed(index);
   }
@@ -397,6 +398,12 @@ void OccupancyMap::assume_free(const Eigen::Vector3d& center_m, double radius_m)
       }
     }
   }
+}
+
+void OccupancyMap::mark_hit(const VoxelIndex& v) {
+  if (at(v) == Occupancy::kUnknown) return;
+  const Impl::Slot slot = impl_->slot_of(v);
+  impl_->note_hits(impl_->touch(impl_->block_of(v)), slot.word, slot.mask());
 }
 
 std::uint64_t OccupancyMap::revision() const { return impl_->revision; }

@@ -97,6 +97,9 @@ class OccupancyMap {
   /// voxel, more rays pass through it than end in it.
   bool ever_hit(const VoxelIndex& v) const { return grid_.contains(v) && (seen_[grid_.linear(v)] & kHitBit) != 0; }
 
+  /// Notes a return without changing the log-odds (checkpoints: map files do not tell). Unknown voxels are left alone.
+  void mark_hit(const VoxelIndex& v);
+
   /// Counts up with every voxel whose tri-state (or assumed, or ever-hit) class changes.
   std::uint64_t revision() const;
   /// Visits the voxel box of every block in which some class changed after `revision`.

@@ -113,6 +113,12 @@ TEST_CASE("a fleet loaded from its saved state carries on to the end") {
   const auto file = std::filesystem::path(STAIRWELL_TEST_TMP) / "fleet_state.ot";
   std::string state;
   double saved_at_s = 0.0;
+  std::vector<bool> hits;
+  const auto hits_of = [](const mapping::OccupancyMap& map) {
+    std::vector<bool> all(map.grid().voxel_count());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = map.ever_hit(map.grid().voxel(i));
+    return all;
+  };
   {
     ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
     explore::ExplorationLog log;
@@ -121,6 +127,7 @@ TEST_CASE("a fleet loaded from its saved state carries on to the end") {
     }
     state = fleet.save_state();
     saved_at_s = fleet.time_s();
+    hits = hits_of(fleet.map());
     mapping::save_octomap(fleet.map(), file);
   }
   ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
@@ -128,6 +135,7 @@ TEST_CASE("a fleet loaded from its saved state carries on to the end") {
   Fleet fleet(config, sim.doors(), log, no_clock);
   fleet.load_state(state, mapping::map_from_octree(*mapping::load_octree(file), fleet.map().grid()));
   CHECK(fleet.time_s() == Approx(saved_at_s));
+  CHECK(hits_of(fleet.map()) == hits);
   while (fleet.step()) {
   }
   CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
