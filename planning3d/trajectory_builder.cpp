@@ -14,7 +14,7 @@ namespace stairwell::planning3d {
 
 namespace {
 
-constexpr double kSpare_m = 0.01;  // asked for first; places too narrow for it are flown through without
+constexpr double kSpare_m = 0.03;  // asked for first: slivers of a surface in a voxel can slip through between the rays
 constexpr double kYawShare = 0.98;
 constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a step or two) before it sets off
 constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner

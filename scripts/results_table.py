@@ -48,6 +48,8 @@ def row(cells):
 def load(folder):
     found = []
     for file in sorted(folder.glob("*/metrics.json")):
+        if (file.parent / "checkpoint").exists():  # interrupted, to be resumed
+            continue
         try:
             found.append(json.loads(file.read_text()))
         except (OSError, ValueError) as error:
