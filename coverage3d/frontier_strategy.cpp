@@ -75,19 +75,20 @@ planning3d::MotionRule FrontierStrategy::motion_rule() const {
   return planning3d::MotionRule::slice(std::move(layers_m));
 }
 
+void FrontierStrategy::set_up(const planning3d::FreeSpace& space) {
+  if (finder_) return;
+  FrontierConfig frontiers;
+  frontiers.box = config_.box;
+  finder_.emplace(space.grid(), frontiers);
+  LayerConfig layers;
+  layers.box = config_.box.intersection(space.flight_box());
+  layers_.emplace(space.grid(), layers);
+  if (start_height_m_) layers_->set_start_height(*start_height_m_);
+}
+
 void FrontierStrategy::refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request) {
-  if (!finder_ || finder_->voxel_count() == 0 || !start_height_m_) {
-    if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
-  }
-  if (!finder_) {
-    FrontierConfig frontiers;
-    frontiers.box = config_.box;
-    finder_.emplace(space.grid(), frontiers);
-    LayerConfig layers;
-    layers.box = config_.box.intersection(space.flight_box());
-    layers_.emplace(space.grid(), layers);
-    if (start_height_m_) layers_->set_start_height(*start_height_m_);
-  }
+  if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
+  set_up(space);
   finder_->update(space.map());
   if (!views_at_layers_ || !config_.layers_m.empty()) return;
   if (layers_->update(space.map(), finder_->changed_blocks())) book_.forget();
@@ -379,13 +380,13 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
 }
 
 bool FrontierStrategy::still_useful(const planning3d::FreeSpace& space, const Goal& goal) {
-  FrontierConfig frontiers;
-  frontiers.box = config_.box;
-  if (!finder_) finder_.emplace(space.grid(), frontiers);
+  set_up(space);  // a resumed run asks this first
   const auto given = std::find_if(given_.rbegin(), given_.rend(), [&](const GivenGoal& one) {
     return (one.target_m - goal.target_m).norm() < 1e-3 && (one.position_m - goal.position_m).norm() < 1e-3;
   });
-  const auto frontier = [&](const VoxelIndex& v) { return is_frontier(space.map(), finder_->box(), frontiers, v); };
+  const auto frontier = [&](const VoxelIndex& v) {
+    return is_frontier(space.map(), finder_->box(), finder_->config(), v);
+  };
   if (given != given_.rend() && !given->cells.empty()) {
     const auto left = std::count_if(given->cells.begin(), given->cells.end(),
                                     [&](const VoxelIndex& v) { return space.map().at(v) == Occupancy::kUnknown; });

@@ -62,6 +62,7 @@ class FrontierStrategy : public CoverageStrategy {
     std::vector<VoxelIndex> cells;
   };
 
+  void set_up(const planning3d::FreeSpace& space);
   void refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request);
   Crew crew_of(const AssignmentRequest& request) const;
   void compute_costs(const planning3d::FreeSpace& space, const Crew& crew);
