@@ -1,6 +1,7 @@
 # Compiler settings shared by every target, and the helper that declares a library of this project.
 option(STAIRWELL_BUILD_TESTS "Build the tests" ON)
 option(STAIRWELL_BUILD_EXAMPLES "Build the examples" ON)
+option(STAIRWELL_BUILD_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
 option(STAIRWELL_SANITIZE_ADDRESS "AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
 option(STAIRWELL_SANITIZE_THREAD "ThreadSanitizer" OFF)
 option(STAIRWELL_COVERAGE "Instrument for gcov" OFF)

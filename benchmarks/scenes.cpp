@@ -1,0 +1,71 @@
+#include "scenes.hpp"
+
+#include "core/rng.hpp"
+#include "core/units.hpp"
+#include "sim3d/ray_caster.hpp"
+#include "sim3d/sensors.hpp"
+#include "sim3d/world.hpp"
+
+#include <array>
+#include <filesystem>
+#include <memory>
+
+namespace stairwell::bench {
+
+namespace {
+
+constexpr std::size_t kScans = 48;
+constexpr double kClearance_m = 0.4;
+
+SensorModel camera() {
+  SensorModel model;
+  model.kind = SensorKind::kDepthCamera;
+  model.azimuth_fov_rad = rad_from_deg(90.0);
+  model.elevation_lo_rad = rad_from_deg(-36.85);
+  model.elevation_hi_rad = rad_from_deg(36.85);
+  model.max_range_m = 8.0;
+  model.rays_azimuth = 320;
+  model.rays_elevation = 240;
+  return model;
+}
+
+/// Indoors and clear: something above and below, nothing near.
+bool good_place(const sim3d::RayCaster& caster, const Eigen::Vector3d& position_m) {
+  const std::array<Eigen::Vector3f, 6> directions{Eigen::Vector3f::UnitX(), -Eigen::Vector3f::UnitX(),
+                                                  Eigen::Vector3f::UnitY(), -Eigen::Vector3f::UnitY(),
+                                                  Eigen::Vector3f::UnitZ(), -Eigen::Vector3f::UnitZ()};
+  for (const Eigen::Vector3f& direction : directions) {
+    if (caster.occluded(position_m.cast<float>(), direction, static_cast<float>(kClearance_m))) return false;
+  }
+  return caster.occluded(position_m.cast<float>(), directions[4], 100.0F) &&
+         caster.occluded(position_m.cast<float>(), directions[5], 100.0F);
+}
+
+Scene make_office_tower() {
+  const sim3d::World world = sim3d::load_world(std::filesystem::path(STAIRWELL_WORLDS) / "office_tower.sdf");
+  const auto caster = std::make_shared<sim3d::RayCaster>(world.mesh);
+  sim3d::SimulatedSensor sensor(caster, camera(), {}, 1, "benchmark");
+  Scene scene;
+  scene.box = world.bounds.inflated(0.2);
+  Rng rng = make_rng(1, "benchmark poses");
+  while (scene.scans.size() < kScans) {
+    Pose T_world_sensor = Pose::Identity();
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      T_world_sensor.translation()[axis] = rng.uniform(world.bounds.min_m[axis], world.bounds.max_m[axis]);
+    }
+    if (!good_place(*caster, T_world_sensor.translation())) continue;
+    T_world_sensor.linear() =
+        Eigen::AngleAxisd(rng.uniform(-kPi, kPi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    scene.scans.push_back(sensor.capture(T_world_sensor, 0.1 * static_cast<double>(scene.scans.size())));
+  }
+  return scene;
+}
+
+}  // namespace
+
+const Scene& office_tower() {
+  static const Scene scene = make_office_tower();
+  return scene;
+}
+
+}  // namespace stairwell::bench
