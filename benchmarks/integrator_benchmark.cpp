@@ -6,6 +6,7 @@
 #include <octomap/OcTree.h>
 
 #include <optional>
+#include <string>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
@@ -60,14 +61,27 @@ void octomap_reference(benchmark::State& state, bool discretize) {
   }
 }
 
-void exact(benchmark::State& state) { integrate(state, {}); }
-void discretized(benchmark::State& state) { integrate(state, {.discretize = true}); }
 void exact_octomap(benchmark::State& state) { octomap_reference(state, false); }
 void discretized_octomap(benchmark::State& state) { octomap_reference(state, true); }
 
+/// Instructions that the processor lacks are skipped by name.
+void ours(benchmark::State& state, ScanIntegrator::Config config) {
+  if (!supported(config.simd)) {
+    state.SkipWithError((std::string("no ") + name_of(config.simd)).c_str());
+    return;
+  }
+  integrate(state, config);
+}
+
 }  // namespace
 
-BENCHMARK(exact)->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond);
-BENCHMARK(discretized)->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond);
-BENCHMARK(exact_octomap)->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond);
-BENCHMARK(discretized_octomap)->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond);
+#define AT_BOTH_RESOLUTIONS ->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond)->UseRealTime()
+BENCHMARK(exact_octomap) AT_BOTH_RESOLUTIONS;
+BENCHMARK(discretized_octomap) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, exact_avx512, {.simd = Simd::kAvx512}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, exact_avx2, {.simd = Simd::kAvx2}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, exact_scalar, {.simd = Simd::kScalar}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, exact_two_threads, {.threads = 2}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, discretized_avx512, {.discretize = true, .simd = Simd::kAvx512}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, discretized_avx2, {.discretize = true, .simd = Simd::kAvx2}) AT_BOTH_RESOLUTIONS;
+BENCHMARK_CAPTURE(ours, discretized_scalar, {.discretize = true, .simd = Simd::kScalar}) AT_BOTH_RESOLUTIONS;

@@ -65,6 +65,8 @@ class RayWalker {
   RayWalker(const RayLattice& lattice, const Eigen::Vector3f& origin_m, const LatticeKey& origin_key)
       : lattice_(lattice), origin_m_(origin_m), origin_key_(origin_key) {}
 
+  const LatticeKey& origin_key() const { return origin_key_; }
+
   /// Marks every voxel from the origin up to, not including, each end voxel. @return voxels visited
   std::size_t walk(std::span<const RayEnd> ends, ScanWindow& window) const;
 

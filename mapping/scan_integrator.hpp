@@ -2,6 +2,7 @@
 
 #include "core/scan.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping/simd.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -31,8 +32,11 @@ class ScanIntegrator {
  public:
   struct Config {
     bool discretize = false;  ///< one ray per end voxel
+    int threads = 1;          ///< the map is the same with any number
+    Simd simd = Simd::kBest;
   };
   ScanIntegrator();
+  /// @throws InputError unless threads is 1 to 64 and the processor has the instructions.
   explicit ScanIntegrator(Config config);
   ~ScanIntegrator();
   ScanIntegrator(ScanIntegrator&&) noexcept;

@@ -1,11 +1,13 @@
 #include "mapping/scan_window.hpp"
 
+#include "mapping/lane_walk.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "mapping/scan_integrator.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 namespace stairwell::mapping {
 
@@ -62,6 +64,23 @@ bool ScanWindow::open(const OccupancyMap& map, const LatticeBox& reach) {
     cells_.assign(needed, 0);
   }
   return true;
+}
+
+int ScanWindow::longest_side() const { return static_cast<int>(*std::max_element(size_.begin(), size_.end())); }
+
+WindowView ScanWindow::view(const LatticeKey& origin_key) {
+  WindowView view;
+  view.cells = cells_.data();
+  view.first = {first_.x, first_.y, first_.z};
+  view.lo = {lo_.x, lo_.y, lo_.z};
+  view.extent = {size_[0], size_[1], size_[2]};
+  view.origin_cell = -1;
+  if (cells_.size() <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
+    view.stride = {1, static_cast<std::int32_t>(stride_y_), static_cast<std::int32_t>(stride_z_)};
+    view.spare_cell = static_cast<std::int32_t>(spare_cell());
+    if (covers(origin_key)) view.origin_cell = static_cast<std::int32_t>(index_of(origin_key));
+  }
+  return view;
 }
 
 void ScanWindow::apply_to(OccupancyMap& map, IntegrationStats& stats) {

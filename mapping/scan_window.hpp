@@ -10,6 +10,7 @@ namespace stairwell::mapping {
 
 class OccupancyMap;
 struct IntegrationStats;
+struct WindowView;
 
 /// OctoMap's key of the coordinate 0.
 inline constexpr int kKeyOrigin = 32768;
@@ -51,6 +52,9 @@ class ScanWindow {
   }
   std::ptrdiff_t stride_y() const { return stride_y_; }
   std::ptrdiff_t stride_z() const { return stride_z_; }
+  /// Of the covered voxels.
+  int longest_side() const;
+  WindowView view(const LatticeKey& origin_key);
   std::uint8_t* cells() { return cells_.data(); }
   /// A cell that belongs to no voxel.
   std::ptrdiff_t spare_cell() const { return static_cast<std::ptrdiff_t>(cells_.size()) - 1; }

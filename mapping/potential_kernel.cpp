@@ -1,0 +1,220 @@
+#include "mapping/potential_kernel.hpp"
+
+#include "core/errors.hpp"
+#include "core/units.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+
+// Whole numbers: the same sums in wider registers where the processor has them.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define STAIRWELL_SPREAD_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define STAIRWELL_SPREAD_CLONES
+#endif
+
+namespace stairwell::mapping {
+
+namespace {
+
+constexpr int kLongRun = 3;  ///< cells in a row from which on a running sum is cheaper than row after row
+
+inline void add(std::int32_t* to, const std::int32_t* from, int count) {
+  for (int i = 0; i < count; ++i) to[i] += from[i];
+}
+
+inline void widen(CellRange& range, int lo, int hi) {
+  range = range.empty() ? CellRange{lo, hi} : CellRange{std::min(range.lo, lo), std::max(range.hi, hi)};
+}
+
+/// Adds from[0..] to the target's row (a, b), cells clip.lo to clip.hi.
+inline void add_to_row(const KernelTarget& target, std::int32_t* row, CellRange cells, const std::int32_t* from) {
+  const int at = wrapped(cells.lo, target.c.size);
+  const int count = cells.hi - cells.lo + 1;
+  const int before_wrap = std::min(count, target.c.size - at);
+  add(row + at, from, before_wrap);
+  if (before_wrap < count) add(row, from + before_wrap, count - before_wrap);
+}
+
+STAIRWELL_SPREAD_CLONES
+void sum_long_runs(std::uint64_t mask, const std::int32_t* row, int length, int count, std::int32_t* out) {
+  for (int at = 0; mask != 0;) {
+    const int gap = std::countr_zero(mask);
+    mask >>= gap;
+    at += gap;
+    const int run = std::countr_one(mask);
+    if (run >= kLongRun) {
+      for (int i = 0; i < length; ++i) out[at + i] += row[i];
+      for (int i = 0; i < length; ++i) out[at + run + i] -= row[i];
+    }
+    at += run;
+    mask = run < 64 ? mask >> run : 0;
+  }
+  std::int32_t sum = 0;
+  for (int i = 0; i < count; ++i) out[i] = sum += out[i];
+}
+
+STAIRWELL_SPREAD_CLONES
+void add_short_runs(std::uint64_t mask, const std::int32_t* row, int length, std::int32_t* out) {
+  for (int at = 0; mask != 0;) {
+    const int gap = std::countr_zero(mask);
+    mask >>= gap;
+    at += gap;
+    const int run = std::countr_one(mask);
+    for (int i = 0; run < kLongRun && i < run; ++i) add(out + at + i, row, length);
+    at += run;
+    mask = run < 64 ? mask >> run : 0;
+  }
+}
+
+bool has_long_run(std::uint64_t mask) { return (mask & (mask >> 1) & (mask >> 2)) != 0; }
+
+/// Rows for every offset across the row, each where `source` says. @param Source row class -> first cell of its row
+template <typename Source>
+__attribute__((always_inline)) inline void add_rows(const RepulsionKernel& kernel, const ObstacleRow& row, int first,
+                                                    int last, const KernelTarget& target, const Source& source) {
+  const int reach = kernel.reach_cells();
+  const CellRange across_a{std::max(row.a - reach, target.a.clip.lo), std::min(row.a + reach, target.a.clip.hi)};
+  for (int a = across_a.lo; a <= across_a.hi; ++a) {
+    const int da = std::abs(a - row.a);
+    const int width = kernel.width(da);
+    const int lo_b = std::max(row.b - width, target.b.clip.lo);
+    const int hi_b = std::min(row.b + width, target.b.clip.hi);
+    if (lo_b > hi_b) continue;
+    const int at_a = wrapped(a, target.a.size);
+    int at_b = wrapped(lo_b, target.b.size);
+    for (int b = lo_b; b <= hi_b; ++b, at_b = at_b + 1 == target.b.size ? 0 : at_b + 1) {
+      const int row_class = kernel.row_class(da, std::abs(b - row.b));
+      const int half = kernel.half(row_class);
+      const int from = row.c + first - half;
+      const CellRange cells{std::max(from, target.c.clip.lo), std::min(row.c + last + half, target.c.clip.hi)};
+      if (cells.empty()) continue;
+      add_to_row(target, target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
+                 source(row_class) + (cells.lo - from));
+      if (target.touched != nullptr) widen(target.touched[at_a * target.b.size + at_b], cells.lo, cells.hi);
+    }
+  }
+}
+
+STAIRWELL_SPREAD_CLONES
+void add_single(const RepulsionKernel& kernel, const ObstacleRow& row, int at, bool subtract,
+                const KernelTarget& target) {
+  add_rows(kernel, row, at, at, target, [&](int row_class) { return kernel.row(row_class, subtract); });
+}
+
+STAIRWELL_SPREAD_CLONES
+void add_many(const RepulsionKernel& kernel, const ObstacleRow& row, int first, int last, const std::int32_t* responses,
+              std::size_t response_length, const KernelTarget& target) {
+  add_rows(kernel, row, first, last, target,
+           [=](int row_class) { return responses + response_length * static_cast<std::size_t>(row_class); });
+}
+
+}  // namespace
+
+RepulsionKernel::RepulsionKernel(const PotentialConfig& config, double resolution_m) {
+  const auto in_reach = [&](int squared) {
+    return resolution_m * std::sqrt(static_cast<double>(squared)) < config.reach_m;
+  };
+  while (in_reach((reach_ + 1) * (reach_ + 1))) {
+    if (++reach_ > kMaxReach_cells) {
+      throw InputError("potential: reach_m " + std::to_string(config.reach_m) + " is more than " +
+                       std::to_string(kMaxReach_cells) + " cells of " + std::to_string(resolution_m) + " m");
+    }
+  }
+  std::vector<double> exact;
+  for (int squared = 0; in_reach(squared); ++squared) {
+    const double ratio = resolution_m * std::sqrt(static_cast<double>(squared)) / config.sigma_m;
+    exact.push_back(config.k_rep / (config.sigma_m * std::sqrt(2.0 * kPi)) * std::exp(-0.5 * ratio * ratio));
+  }
+  double solid = 0.0;
+  for (int a = -reach_; a <= reach_; ++a) {
+    for (int b = -reach_; b <= reach_; ++b) {
+      for (int c = -reach_; c <= reach_; ++c) {
+        const auto squared = static_cast<std::size_t>(a * a + b * b + c * c);
+        solid += squared < exact.size() ? exact[squared] : 0.0;
+      }
+    }
+  }
+  unit_ = solid > 0.0 ? std::exp2(std::ceil(std::log2(solid)) - 30.0) : 1.0;
+  for (const double value : exact) by_squared_.push_back(static_cast<std::int32_t>(std::lround(value / unit_)));
+
+  std::vector<int> class_of(by_squared_.size(), -1);
+  for (int a = 0; a <= reach_; ++a) {
+    width_.push_back(-1);
+    for (int b = 0; b <= reach_; ++b) {
+      const int squared = a * a + b * b;
+      if (!in_reach(squared)) {
+        row_class_.push_back(-1);
+        continue;
+      }
+      width_.back() = b;
+      int& known = class_of[static_cast<std::size_t>(squared)];
+      if (known < 0) {
+        known = classes();
+        half_.push_back(0);
+        while (in_reach(squared + (half_.back() + 1) * (half_.back() + 1))) ++half_.back();
+        for (const int sign : {1, -1}) {
+          for (int c = 0; c <= 2 * reach_; ++c) {  // from -half on; the rest is not read
+            const int along = c - half_.back();
+            rows_.push_back(sign * of_squared(squared + along * along));
+          }
+        }
+      }
+      row_class_.push_back(known);
+    }
+  }
+}
+
+KernelSpreader::KernelSpreader(const RepulsionKernel& kernel)
+    : response_length_(static_cast<std::size_t>(64 + 2 * kernel.reach_cells() + 1)),
+      responses_(response_length_ * static_cast<std::size_t>(kernel.classes())),
+      made_for_(static_cast<std::size_t>(kernel.classes()), 0) {}
+
+void KernelSpreader::make_response(const RepulsionKernel& kernel, int row_class, std::uint64_t mask, bool subtract) {
+  std::int32_t* out = responses_.data() + response_length_ * static_cast<std::size_t>(row_class);
+  const int length = 2 * kernel.half(row_class) + 1;
+  const int count = 64 - std::countl_zero(mask) + length;  // one more than is read: ends of runs are noted there
+  std::fill(out, out + count, 0);
+  const std::int32_t* row = kernel.row(row_class, subtract);
+  if (has_long_run(mask)) {
+    sum_long_runs(mask, row, length, count, out);
+  }
+  add_short_runs(mask, row, length, out);
+}
+
+void KernelSpreader::prepare(const RepulsionKernel& kernel, const ObstacleRow& row, bool subtract,
+                             const KernelTarget& target) {
+  ++row_number_;
+  const std::uint64_t mask = row.mask >> std::countr_zero(row.mask);
+  const int reach = kernel.reach_cells();
+  const auto nearest = [](int v, CellRange range) { return std::max({range.lo - v, v - range.hi, 0}); };
+  const auto farthest = [](int v, CellRange range) { return std::max(std::abs(v - range.lo), std::abs(v - range.hi)); };
+  const int hi_da = std::min(reach, farthest(row.a, target.a.clip));
+  for (int da = nearest(row.a, target.a.clip); da <= hi_da; ++da) {
+    const int hi_db = std::min(kernel.width(da), farthest(row.b, target.b.clip));
+    for (int db = nearest(row.b, target.b.clip); db <= hi_db; ++db) {
+      const int row_class = kernel.row_class(da, db);
+      std::uint64_t& made_for = made_for_[static_cast<std::size_t>(row_class)];
+      if (made_for == row_number_) continue;
+      made_for = row_number_;
+      make_response(kernel, row_class, mask, subtract);
+    }
+  }
+}
+
+void KernelSpreader::spread(const RepulsionKernel& kernel, const ObstacleRow& row, bool subtract,
+                            const KernelTarget& target) {
+  if (row.mask == 0) return;
+  const int first = std::countr_zero(row.mask);
+  const int last = 63 - std::countl_zero(row.mask);
+  if (first == last) {
+    add_single(kernel, row, first, subtract, target);
+    return;
+  }
+  prepare(kernel, row, subtract, target);
+  add_many(kernel, row, first, last, responses_.data(), response_length_, target);
+}
+
+}  // namespace stairwell::mapping
