@@ -13,9 +13,9 @@ namespace stairwell::mapping {
 
 namespace {
 
-constexpr double kTouch_m = 1e-9;         // resting against a face is no collision
-constexpr double kSmallest_m = 1e-6;      // of a shape's lengths and of a tolerance
-constexpr double kFarthest_m = 1e7;       // coordinates beyond it are too coarse to speak of touching
+constexpr double kTouch_m = 1e-9;                     // resting against a face is no collision
+constexpr double kSmallest_m = 1e-6;                  // of a shape's lengths and of a tolerance
+constexpr double kFarthest_m = 1e7;                   // coordinates beyond it are too coarse to speak of touching
 constexpr double kHalfDiagonal = 0.8660254037844386;  // of a unit voxel
 
 using Triple = std::array<double, 3>;
@@ -121,8 +121,7 @@ bool overlaps_any(const Body& body, const Triple& corner, std::uint64_t bits) {
   }
   if (!body.overlaps(box)) return false;
   if (bits == kMasks.box(lo, hi)) return true;
-  const std::uint64_t below =
-      bits & kMasks.along[longest][lo[longest]][lo[longest] + (hi[longest] - lo[longest]) / 2];
+  const std::uint64_t below = bits & kMasks.along[longest][lo[longest]][lo[longest] + (hi[longest] - lo[longest]) / 2];
   return overlaps_any(body, corner, below) || overlaps_any(body, corner, bits ^ below);
 }
 
@@ -364,9 +363,7 @@ bool CollisionChecker::collides_between(const Pose& T_world_from, const Pose& T_
   if (!(tolerance_m >= kSmallest_m)) throw InputError("collision query: the tolerance must be at least 1e-6 m");
   const CollisionQuery query{*this};
   return std::visit(
-      [&](const auto& shape) {
-        return query.swept(query.to_cells()(shape), T_world_from, T_world_to, tolerance_m);
-      },
+      [&](const auto& shape) { return query.swept(query.to_cells()(shape), T_world_from, T_world_to, tolerance_m); },
       shape_);
 }
 

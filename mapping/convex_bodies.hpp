@@ -207,14 +207,14 @@ class Line {
   }
 
   /// Squared distance, across the line, from the line to where the plane at `height` along it cuts the box.
-  /// @pre the plane meets the box; height and the line's nearest approach are on the sides that `above` tells
+  /// @pre the plane meets the box
   double squared_across(const CellBox& box, double height) const {
     double first = height, last = height;
     for (std::size_t i = 0; i < 3; ++i) {
       if (!moves_[i]) continue;
-      const auto [low, high] = std::minmax(box.lo[i] * per_[i], box.hi[i] * per_[i]);
-      first = std::min(first, low);
-      last = std::max(last, high);
+      const double a = box.lo[i] * per_[i], b = box.hi[i] * per_[i];
+      first = std::min({first, a, b});
+      last = std::max({last, a, b});
     }
     const auto ahead = [&](double t) { return advance(box, t) - height; };
     const double t = root(box, ahead, first, ahead(first), last, ahead(last));
