@@ -67,9 +67,9 @@ void ObstacleLattice::end() {
 PotentialObstacles::PotentialObstacles(const GridSpec& map_grid, int coarse_factor, double coarse_truncation_m)
     : factor_(coarse_factor),
       fine_(map_grid),
-      coarse_(coarse_factor < 1
-                  ? throw InputError("potential: coarse factor must be at least 1, got " + std::to_string(coarse_factor))
-                  : GridSpec(map_grid.box(), coarse_factor * map_grid.resolution_m())) {
+      coarse_(coarse_factor < 1 ? throw InputError("potential: coarse factor must be at least 1, got " +
+                                                   std::to_string(coarse_factor))
+                                : GridSpec(map_grid.box(), coarse_factor * map_grid.resolution_m())) {
   occupied_in_coarse_.assign(coarse_.grid().voxel_count(), 0);
   blocks_.reserve(ObstacleLattice::kMaxChanges);
   if (coarse_truncation_m != 0.0) {
@@ -96,7 +96,8 @@ void PotentialObstacles::count(const VoxelIndex& v, bool occupied) {
 }
 
 void PotentialObstacles::read(const OccupancyMap& map, const VoxelBox& block) {
-  if (blocks_.size() < ObstacleLattice::kMaxChanges) blocks_.push_back(block);
+  too_many_blocks_ = blocks_.size() == blocks_.capacity();
+  if (!too_many_blocks_) blocks_.push_back(block);
   VoxelIndex v;
   for (v.z = block.lo.z; v.z <= block.hi.z; ++v.z) {
     for (v.y = block.lo.y; v.y <= block.hi.y; ++v.y) {
@@ -121,6 +122,7 @@ void PotentialObstacles::update(const OccupancyMap& map) {
     throw InputError("potential: the map has another box or resolution than the obstacles");
   }
   blocks_.clear();
+  too_many_blocks_ = false;
   fine_.begin();
   coarse_.begin();
   const auto visit = [this, &map](const VoxelBox& block) { read(map, block); };

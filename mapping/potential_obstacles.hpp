@@ -86,8 +86,9 @@ class PotentialObstacles {
   const DistanceField* coarse_distances() const { return coarse_distances_.get(); }
 
   /// Blocks of the map in which the class of some voxel changed in the last update (fine cells). Incomplete if
-  /// `fine().too_many_changes()`.
+  /// `too_many_blocks()`.
   std::span<const VoxelBox> changed_blocks() const { return blocks_; }
+  bool too_many_blocks() const { return too_many_blocks_; }
 
  private:
   void read(const OccupancyMap& map, const VoxelBox& block);
@@ -101,6 +102,7 @@ class PotentialObstacles {
   std::unique_ptr<OccupancyMap> coarse_map_;  ///< what the coarse distance field reads
   std::unique_ptr<DistanceField> coarse_distances_;
   std::vector<VoxelBox> blocks_;
+  bool too_many_blocks_ = false;
   std::uint64_t seen_revision_ = 0;  ///< of the map
 };
 
