@@ -22,13 +22,16 @@ namespace {
 #include "mapping/lane_walk_kernels.hpp"
 
 constexpr int kLanes = 8;
-constexpr int kEnough = 2;
+constexpr int kEnough = 3;
 using Integers = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 constexpr Integers kNumbers{0, 1, 2, 3, 4, 5, 6, 7};
 
 inline int going_lanes(const Integers& going) {
   return std::popcount(static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<const __m256&>(going))));
 }
+
+inline Integers lower_of(Integers a, Integers b) { return a < b ? a : b; }
+inline Integers higher_of(Integers a, Integers b) { return a > b ? a : b; }
 
 #include "mapping/lane_walk_group.hpp"
 

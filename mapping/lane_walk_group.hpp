@@ -1,6 +1,6 @@
 // Included by lane_walk_scalar.cpp and lane_walk_avx2.cpp after lane_walk_kernels.hpp: the walk for `kLanes` rays in the
-// compiler's own vectors. Needs `int going_lanes(const Integers&)`, the number of lanes that are -1. No include guard on
-// purpose; everything is static.
+// compiler's own vectors. Needs `int going_lanes(const Integers&)`, the number of lanes that are -1, and lower_of and
+// higher_of of two vectors of positive numbers. No include guard on purpose; everything is static.
 
 /// Sets one lane of a vector, without a way through memory.
 static inline Integers with_lane(Integers values, Integers lane, std::int32_t value) {
@@ -33,9 +33,6 @@ static inline void load_lane(Lanes& lanes, int lane, const RayBatch& batch, std:
   next += idle ? 0 : 1;
 }
 
-static inline Integers lower_of(Integers a, Integers b) { return a < b ? a : b; }
-static inline Integers higher_of(Integers a, Integers b) { return a > b ? a : b; }
-
 static void walk(const RayBatch& batch, std::size_t count, const WindowView& window, std::int32_t tolerance,
                  std::vector<std::uint32_t>& uncertain) {
   std::uint8_t* const cells = window.cells;
@@ -54,8 +51,9 @@ static void walk(const RayBatch& batch, std::size_t count, const WindowView& win
       const Integers as_near = nearest + tolerance;
       going = (second > as_near) & (as_near <= lanes::kLength) & (lanes.cell != lanes.end);
       if (going_lanes(going) <= kLanes - enough) break;
-      const Integers marked = going ? lanes.cell : spare;
-      for (int lane = 0; lane < kLanes; ++lane) cells[marked[lane]] = ScanWindow::kMiss;
+      Integers marked = going ? lanes.cell : spare;
+      __asm__ volatile("" : "+m"(marked));  // through memory: taking the lanes apart in registers is slower
+      for (int lane = 0; lane < kLanes; ++lane) cells[static_cast<std::uint32_t>(marked[lane])] = ScanWindow::kMiss;
       const Integers along_x = (lanes.t[0] <= as_near) & going;
       const Integers along_y = (lanes.t[1] <= as_near) & going;
       const Integers along_z = (lanes.t[2] <= as_near) & going;

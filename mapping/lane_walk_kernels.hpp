@@ -1,10 +1,15 @@
 // Included once by each lane_walk_*.cpp, inside its own namespace and with its own instructions: plain loops that the
 // compiler turns into vectors. No include guard on purpose; everything is static.
 
-/// octomap::OcTreeBaseImpl::coordToKeyChecked on one axis. The comparison with the truncated value makes it a floor.
-static inline std::int32_t cell_of(double scaled) {
-  const auto truncated = static_cast<std::int32_t>(scaled);
-  return truncated - (scaled < static_cast<double>(truncated) ? 1 : 0);
+/// octomap::OcTreeBaseImpl::coordToKeyChecked on one axis; outside of [0, 65535] where that fails. The comparison with
+/// the truncated value makes it a floor.
+static inline std::int32_t lattice_key(double scaled) {
+  constexpr double kBelow = -kKeyOrigin - 1.0;
+  constexpr double kAbove = kKeyOrigin;
+  const double above = scaled > kBelow ? scaled : kBelow;  // NaN: below
+  const double within = above < kAbove ? above : kAbove;
+  const auto truncated = static_cast<std::int32_t>(within);
+  return truncated - (within < static_cast<double>(truncated) ? 1 : 0) + kKeyOrigin;
 }
 
 static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t count,
@@ -33,8 +38,6 @@ static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* poin
 }
 
 static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reach) {
-  constexpr double kLowest = -kKeyOrigin;
-  constexpr double kHighest = kKeyOrigin;
   const std::size_t count = rays.size();
   const float* const px = rays.point_m[0].data();
   const float* const py = rays.point_m[1].data();
@@ -62,18 +65,18 @@ static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reac
     flags[i] = hit ? RayColumns::kHit : 0;
   }
   const double per_m = frame.per_m;
+  const auto [okx, oky, okz] = frame.origin_key;
   std::int32_t lo_x = reach.lo.x, lo_y = reach.lo.y, lo_z = reach.lo.z;
   std::int32_t hi_x = reach.hi.x, hi_y = reach.hi.y, hi_z = reach.hi.z;
 #pragma GCC ivdep
   for (std::size_t i = 0; i < count; ++i) {
-    const double cx = per_m * static_cast<double>(ex[i]);
-    const double cy = per_m * static_cast<double>(ey[i]);
-    const double cz = per_m * static_cast<double>(ez[i]);
-    const bool inside = (cx >= kLowest) & (cx < kHighest) & (cy >= kLowest) & (cy < kHighest) & (cz >= kLowest) &
-                        (cz < kHighest);
-    const std::int32_t x = inside ? cell_of(inside ? cx : 0.0) + kKeyOrigin : frame.origin_key[0];
-    const std::int32_t y = inside ? cell_of(inside ? cy : 0.0) + kKeyOrigin : frame.origin_key[1];
-    const std::int32_t z = inside ? cell_of(inside ? cz : 0.0) + kKeyOrigin : frame.origin_key[2];
+    const std::int32_t at_x = lattice_key(per_m * static_cast<double>(ex[i]));
+    const std::int32_t at_y = lattice_key(per_m * static_cast<double>(ey[i]));
+    const std::int32_t at_z = lattice_key(per_m * static_cast<double>(ez[i]));
+    const bool inside = ((at_x | at_y | at_z) & ~0xFFFF) == 0;
+    const std::int32_t x = inside ? at_x : okx;
+    const std::int32_t y = inside ? at_y : oky;
+    const std::int32_t z = inside ? at_z : okz;
     kx[i] = x;
     ky[i] = y;
     kz[i] = z;
@@ -97,7 +100,7 @@ static inline void prepare_axis(float along, float up_m, float down_m, float res
   const float first = (along > 0.0F ? up_m : down_m) * inverse * scale;
   const float every = std::fabs(resolution_m * inverse) * scale;
   const bool never = !(first < kFarF) | (along == 0.0F);  // NaN: 0 times infinity
-  t = static_cast<std::int32_t>(never ? kFarF : first);
+  t = static_cast<std::int32_t>(never ? kFarF : (first > 0.0F ? first : 0.0F));
   delta = static_cast<std::int32_t>(every < kFarF ? every : kFarF);
   stride = along > 0.0F ? cell_stride : -cell_stride;
 }
