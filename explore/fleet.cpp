@@ -88,6 +88,7 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
       clock_s(std::move(clock)),
       map(map_grid(fleet_config), fleet_config.occupancy),
       blocked(map.grid(), field_truncation_m(fleet_config), mapping::Obstacles::kBlocked),
+      blocked_words(map.grid(), mapping::Obstacles::kBlocked),
       integrator(mapping::ScanIntegrator::Config{fleet_config.discretize}),
       pipeline(fleet_config.cloud),
       strategy(coverage3d::make_strategy(fleet_config.coverage, coverage_config(fleet_config))),
@@ -128,6 +129,7 @@ bool Fleet::Impl::step() {
 void Fleet::Impl::sense() {
   for (Uav& uav : uavs) sense_one(uav);
   blocked.update(map);
+  blocked_words.update(map);
 }
 
 void Fleet::Impl::sense_one(Uav& uav) {

@@ -7,6 +7,7 @@
 #include "explore/pilot.hpp"
 #include "explore/uav.hpp"
 #include "mapping/distance_field.hpp"
+#include "mapping/occupancy_words.hpp"
 #include "mapping/scan_integrator.hpp"
 #include "perception/cloud_pipeline.hpp"
 #include "planning3d/free_space.hpp"
@@ -32,7 +33,7 @@ struct Fleet::Impl {
   void sense();
   void sense_one(Uav& uav);
   void assume_start_free(const Uav& uav);
-  planning3d::FreeSpace space() const { return {map, blocked, config.robot, config.task_box}; }
+  planning3d::FreeSpace space() const { return {map, blocked, config.robot, config.task_box, &blocked_words}; }
   std::vector<const Uav*> fellows_of(const Uav& uav) const;
   void enter(Uav& uav, Phase phase);
   bool command(Uav& uav, const Trajectory& trajectory);
@@ -61,6 +62,7 @@ struct Fleet::Impl {
   std::vector<Uav> uavs;
   mapping::OccupancyMap map;
   mapping::DistanceField blocked;
+  mapping::OccupancyWords blocked_words;
   mapping::ScanIntegrator integrator;
   perception::CloudPipeline pipeline;
   std::unique_ptr<coverage3d::CoverageStrategy> strategy;

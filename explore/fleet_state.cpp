@@ -183,6 +183,8 @@ void Fleet::load_state(const std::string& state, mapping::OccupancyMap map) {
   // Everything derived from the map is made again.
   fleet.blocked = mapping::DistanceField(fleet.map.grid(), fleet.blocked.truncation_m(), mapping::Obstacles::kBlocked);
   fleet.blocked.update(fleet.map);
+  fleet.blocked_words = mapping::OccupancyWords(fleet.map.grid(), mapping::Obstacles::kBlocked);
+  fleet.blocked_words.update(fleet.map);
 }
 
 }  // namespace stairwell::explore

@@ -13,7 +13,6 @@ namespace stairwell::mapping {
 
 namespace {
 
-constexpr double kTouch_m = 1e-9;                     // resting against a face is no collision
 constexpr double kSmallest_m = 1e-6;                  // of a shape's lengths and of a tolerance
 constexpr double kFarthest_m = 1e7;                   // coordinates beyond it are too coarse to speak of touching
 constexpr double kHalfDiagonal = 0.8660254037844386;  // of a unit voxel
@@ -64,7 +63,7 @@ struct CylinderBody {
 
 struct ToCells {
   double per_m;
-  double operator()(double length_m) const { return (length_m - kTouch_m) * per_m; }
+  double operator()(double length_m) const { return (length_m - kCollisionTouch_m) * per_m; }
   Triple operator()(const Eigen::Vector3d& v) const { return {(*this)(v.x()), (*this)(v.y()), (*this)(v.z())}; }
 
   BallBody operator()(const SphereShape& s) const { return {(*this)(s.radius_m)}; }

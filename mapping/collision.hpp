@@ -28,6 +28,8 @@ struct CylinderShape {
 };
 using CollisionShape = std::variant<SphereShape, BoxShape, EllipsoidShape, CylinderShape>;
 
+inline constexpr double kCollisionTouch_m = 1e-9;  ///< overlapping no deeper than this is no collision
+
 /// What makes a shape unusable: lengths must be finite and at least a micrometre. Empty == usable.
 std::vector<std::string> problems(const CollisionShape& shape);
 

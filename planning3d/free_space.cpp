@@ -21,8 +21,8 @@ bool all_finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 }  // namespace
 
 FreeSpace::FreeSpace(const mapping::OccupancyMap& map, const mapping::DistanceField& blocked_distance,
-                     const Robot& robot, const Aabb& flight_box)
-    : map_(&map), distance_(&blocked_distance), robot_(robot), flight_box_(flight_box) {
+                     const Robot& robot, const Aabb& flight_box, const mapping::OccupancyWords* blocked_words)
+    : map_(&map), distance_(&blocked_distance), words_(blocked_words), robot_(robot), flight_box_(flight_box) {
   const GridSpec& grid = map.grid();
   min_squared_cells_ = mapping::min_squared_cells_for(robot.clearance_m(), grid.resolution_m());
   int lo[3];

@@ -4,6 +4,7 @@
 #include "core/robot.hpp"
 #include "mapping/distance_field.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping/occupancy_words.hpp"
 
 #include <utility>
 #include <vector>
@@ -32,12 +33,15 @@ struct KeepOut {
 /// flight box. Cheap to make; holds references.
 class FreeSpace {
  public:
+  /// @param blocked_words may be left out: answers are the same, those near obstacles take longer
   FreeSpace(const mapping::OccupancyMap& map, const mapping::DistanceField& blocked_distance, const Robot& robot,
-            const Aabb& flight_box);
+            const Aabb& flight_box, const mapping::OccupancyWords* blocked_words = nullptr);
 
   const GridSpec& grid() const { return map_->grid(); }
   const mapping::OccupancyMap& map() const { return *map_; }
   const mapping::DistanceField& blocked_distance() const { return *distance_; }
+  /// What a mapping::CollisionChecker needs beside the distance field; null if they were left out.
+  const mapping::OccupancyWords* blocked_words() const { return words_; }
   const Robot& robot() const { return robot_; }
   const Aabb& flight_box() const { return flight_box_; }
 
@@ -62,6 +66,7 @@ class FreeSpace {
  private:
   const mapping::OccupancyMap* map_;
   const mapping::DistanceField* distance_;
+  const mapping::OccupancyWords* words_;
   Robot robot_;
   Aabb flight_box_;
   int min_squared_cells_ = 1;

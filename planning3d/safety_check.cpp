@@ -1,10 +1,7 @@
 #include "planning3d/safety_check.hpp"
 
 #include "core/units.hpp"
-
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/sphere.h>
-#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
+#include "mapping/collision.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,22 +14,26 @@ constexpr double kTouch_m = 1e-6;  // resting against a face is no collision
 constexpr double kBoxRounding_m = 1e-6;
 constexpr double kLimitRounding = 1e-4;  // relative
 
-/// FCL's word on the robot's sphere against one voxel.
-bool sphere_hits_voxel(const fcl::Sphered& sphere, const Eigen::Vector3d& sphere_m, const fcl::Boxd& voxel,
-                       const Eigen::Vector3d& voxel_m) {
-  static const fcl::detail::GJKSolver_libccd<double> solver;
-  fcl::Transform3d T_world_sphere = fcl::Transform3d::Identity();
-  fcl::Transform3d T_world_voxel = fcl::Transform3d::Identity();
-  T_world_sphere.translation() = sphere_m;
-  T_world_voxel.translation() = voxel_m;
-  return solver.shapeIntersect(sphere, T_world_sphere, voxel, T_world_voxel,
-                               static_cast<std::vector<fcl::ContactPointd>*>(nullptr));
+/// Touching counts.
+bool sphere_hits_voxel(const Eigen::Vector3d& sphere_m, double radius_m, const Eigen::Vector3d& voxel_m,
+                       double half_m) {
+  const Eigen::Vector3d outside_m = ((sphere_m - voxel_m).cwiseAbs().array() - half_m).max(0.0).matrix();
+  return outside_m.squaredNorm() <= radius_m * radius_m;
+}
+
+/// The occupancy words' answer, for a sphere larger by a nanometre: one that touches is not free.
+bool free_by_words(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) {
+  if (space.blocked_words() == nullptr || !space.grid().box().contains(position_m)) return false;
+  const mapping::SphereShape sphere{radius_m + 2.0 * mapping::kCollisionTouch_m};
+  const mapping::CollisionChecker checker(*space.blocked_words(), space.blocked_distance(), sphere);
+  return !checker.collides(Pose(Eigen::Translation3d(position_m)));
 }
 
 Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) {
   const GridSpec& grid = space.grid();
-  const fcl::Sphered sphere(std::max(kTouch_m, radius_m - kTouch_m));
-  const fcl::Boxd voxel(fcl::Vector3d::Constant(grid.resolution_m()));
+  const double sphere_radius_m = std::max(kTouch_m, radius_m - kTouch_m);
+  if (free_by_words(space, position_m, sphere_radius_m)) return Verdict::kSafe;
+  const double half_m = 0.5 * grid.resolution_m();
   const VoxelIndex from = grid.index_of(position_m - Eigen::Vector3d::Constant(radius_m));
   const VoxelIndex to = grid.index_of(position_m + Eigen::Vector3d::Constant(radius_m));
   Verdict worst = Verdict::kSafe;
@@ -41,7 +42,7 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
       for (int x = from.x; x <= to.x; ++x) {
         const VoxelIndex v{x, y, z};
         if (!space.map().blocked(v)) continue;
-        if (!sphere_hits_voxel(sphere, position_m, voxel, grid.center_of(v))) continue;
+        if (!sphere_hits_voxel(position_m, sphere_radius_m, grid.center_of(v), half_m)) continue;
         if (space.map().at(v) == Occupancy::kOccupied || space.map().ever_hit(v)) return Verdict::kOccupied;
         if (worst != Verdict::kUnknown) worst = grid.contains(v) ? Verdict::kUnknown : Verdict::kOutsideBox;
       }

@@ -20,8 +20,8 @@ struct SafetyReport {
 };
 
 /// The one check that every path and trajectory passes, whoever made it (SPEC A18): the robot's shape against
-/// occupied and unknown voxels (distance field first, FCL for the close calls), the flight box, the limits, and
-/// fellow UAVs' commanded motions. Unknown space is never entered.
+/// occupied and unknown voxels (distance field first, then occupancy words, voxel by voxel only to name what is hit),
+/// the flight box, the limits, and fellow UAVs' commanded motions. Unknown space is never entered.
 class SafetyCheck {
  public:
   struct Config {

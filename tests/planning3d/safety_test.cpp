@@ -4,8 +4,13 @@
 #include "planning3d/trajectory_builder.hpp"
 #include "test_world.hpp"
 
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 using namespace stairwell;
@@ -22,9 +27,77 @@ Trajectory flight(const FreeSpace& space, double depart_s, const Eigen::Vector3d
   return *built;
 }
 
+/// FCL's word on a sphere against every blocked voxel around it; what a voxel is called comes from the map.
+Verdict verdict_by_fcl(const FreeSpace& space, const Eigen::Vector3d& position_m, double radius_m) {
+  if (!space.flight_box().inflated(1e-6).contains(position_m)) return Verdict::kOutsideBox;
+  const fcl::detail::GJKSolver_libccd<double> solver;
+  const GridSpec& grid = space.grid();
+  const fcl::Sphered sphere(std::max(1e-6, radius_m - 1e-6));
+  const fcl::Boxd box(fcl::Vector3d::Constant(grid.resolution_m()));
+  fcl::Transform3d T_world_sphere = fcl::Transform3d::Identity();
+  T_world_sphere.translation() = position_m;
+  const VoxelIndex from = grid.index_of(position_m - Eigen::Vector3d::Constant(radius_m));
+  const VoxelIndex to = grid.index_of(position_m + Eigen::Vector3d::Constant(radius_m));
+  bool occupied = false, unknown = false, outside = false;
+  for (int z = from.z; z <= to.z; ++z) {
+    for (int y = from.y; y <= to.y; ++y) {
+      for (int x = from.x; x <= to.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        if (!space.map().blocked(v)) continue;
+        fcl::Transform3d T_world_box = fcl::Transform3d::Identity();
+        T_world_box.translation() = grid.center_of(v);
+        if (!solver.shapeIntersect(sphere, T_world_sphere, box, T_world_box,
+                                   static_cast<std::vector<fcl::ContactPointd>*>(nullptr))) {
+          continue;
+        }
+        const bool surface = space.map().at(v) == Occupancy::kOccupied || space.map().ever_hit(v);
+        (surface ? occupied : grid.contains(v) ? unknown : outside) = true;
+      }
+    }
+  }
+  return occupied ? Verdict::kOccupied : unknown ? Verdict::kUnknown : outside ? Verdict::kOutsideBox : Verdict::kSafe;
+}
+
 }  // namespace
 
-TEST_CASE("FCL's word agrees with plain geometry", "[safety]") {
+TEST_CASE("every verdict on a place is FCL's", "[safety]") {
+  Rng rng = make_rng(9, "safety fcl");
+  std::array<int, 4> seen{};
+  for (const double resolution_m : {0.1, 0.07}) {
+    TestWorld world({4.0, 4.0, 2.0}, resolution_m);
+    world.clutter(rng, 15, 1.0);
+    for (int i = 0; i < 40; ++i) {  // pockets of unknown space, and returns in free voxels
+      const VoxelIndex at = world.map.grid().index_of(
+          Eigen::Vector3d(rng.uniform(0.0, 4.0), rng.uniform(0.0, 4.0), rng.uniform(0.0, 2.0)));
+      for (int x = 0; x < 4; ++x) world.map.set_log_odds(at + VoxelIndex{x, 0, 0}, std::nanf(""));
+      world.map.mark_hit(at + VoxelIndex{0, 2, 0});
+    }
+    for (const Aabb& box : {world.box, world.box.inflated(0.3)}) {
+      world.box = box;
+      const FreeSpace space = world.space();
+      const FreeSpace without_words(world.map, world.field, world.robot, world.box);
+      const SafetyCheck check;
+      for (int i = 0; i < 40000; ++i) {
+        Eigen::Vector3d at_m(rng.uniform(-0.5, 4.5), rng.uniform(-0.5, 4.5), rng.uniform(-0.5, 2.5));
+        const double radius_m = i % 3 == 0 ? 0.2 : rng.uniform(0.005, 0.45);
+        if (i % 7 == 0) {  // rests against a lattice plane, exactly and to within the micrometre that is granted
+          const double face_m = resolution_m * rng.uniform_int(0, 20);
+          at_m[i % 3] = face_m + radius_m + (i % 2 == 0 ? 0.0 : rng.uniform(-2e-6, 2e-6));
+        }
+        const Verdict expected = verdict_by_fcl(space, at_m, radius_m);
+        ++seen[static_cast<std::size_t>(expected)];
+        const Verdict found = check.check_position(i % 4 == 0 ? without_words : space, at_m, radius_m);
+        if (found != expected) {
+          FAIL(to_string(found) << " instead of " << to_string(expected) << " at " << at_m.transpose() << ", radius "
+                                << radius_m);
+        }
+      }
+    }
+  }
+  CHECK(*std::min_element(seen.begin(), seen.end()) > 3000);  // safe, occupied, unknown, outside
+}
+
+TEST_CASE("verdicts on places agree with plain geometry", "[safety]") {
   Rng rng = make_rng(8, "safety");
   TestWorld world({4.0, 4.0, 2.0}, 0.1);
   world.clutter(rng, 15, 1.0);

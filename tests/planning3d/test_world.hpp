@@ -3,6 +3,7 @@
 #include "core/rng.hpp"
 #include "mapping/distance_field.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping/occupancy_words.hpp"
 #include "planning3d/free_space.hpp"
 
 #include <ctime>
@@ -19,6 +20,7 @@ struct TestWorld {
   TestWorld(const Eigen::Vector3d& size_m, double resolution_m, Robot body = {0.2, 0.0})
       : map(GridSpec({Eigen::Vector3d::Zero(), size_m}, resolution_m)),
         field(map.grid(), 1.0, mapping::Obstacles::kBlocked),
+        words(map.grid(), mapping::Obstacles::kBlocked),
         robot(body),
         box{Eigen::Vector3d::Zero(), size_m} {
     fill(box, false);
@@ -48,7 +50,8 @@ struct TestWorld {
 
   planning3d::FreeSpace space() {
     field.update(map);
-    return {map, field, robot, box};
+    words.update(map);
+    return {map, field, robot, box, &words};
   }
 
   /// A random traversable voxel centre.
@@ -62,6 +65,7 @@ struct TestWorld {
 
   mapping::OccupancyMap map;
   mapping::DistanceField field;
+  mapping::OccupancyWords words;
   Robot robot;
   Aabb box;
 };
