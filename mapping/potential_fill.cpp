@@ -21,6 +21,52 @@ std::uint64_t bits_in(CellRange range, int first) {
   return up_to_hi & ~((std::uint64_t{1} << lo) - 1);
 }
 
+constexpr std::array<int VoxelIndex::*, 3> kAxes{&VoxelIndex::x, &VoxelIndex::y, &VoxelIndex::z};
+
+/// Bits of a box of cells [a][b][c], rows along c in words of 64.
+class ObstacleRows {
+ public:
+  /// @param words at least words_for(as, bs, cs), cleared here
+  ObstacleRows(int as, int bs, int cs, std::vector<std::uint64_t>& words)
+      : as_(as), bs_(bs), per_row_((cs + 63) / 64), words_(words) {
+    std::fill_n(words.begin(), static_cast<std::ptrdiff_t>(as) * bs * per_row_, 0);
+  }
+  void add(int a, int b, int c) {
+    words_[static_cast<std::size_t>((a * bs_ + b) * per_row_ + c / 64)] |= std::uint64_t{1} << (c % 64);
+  }
+  /// visit(a, b, c of bit 0, mask) for every word with obstacles.
+  template <typename Visit>
+  void for_each(const Visit& visit) const {
+    std::size_t next = 0;
+    for (int a = 0; a < as_; ++a) {
+      for (int b = 0; b < bs_; ++b) {
+        for (int word = 0; word < per_row_; ++word, ++next) {
+          if (words_[next] != 0) visit(a, b, 64 * word, words_[next]);
+        }
+      }
+    }
+  }
+
+ private:
+  int as_, bs_, per_row_;
+  std::vector<std::uint64_t>& words_;
+};
+
+/// visit(offset from `lo`) for every obstacle of a box within the lattice.
+template <typename Visit>
+void for_each_obstacle(const ObstacleLattice& obstacles, const std::array<int, 3>& lo, const std::array<int, 3>& cells,
+                       const Visit& visit) {
+  const CellRange along_x{lo[0], lo[0] + cells[0] - 1};
+  for (int z = 0; z < cells[2]; ++z) {
+    for (int y = 0; y < cells[1]; ++y) {
+      for (int word = along_x.lo / 64; word <= along_x.hi / 64; ++word) {
+        std::uint64_t bits = obstacles.word(word, lo[1] + y, lo[2] + z) & bits_in(along_x, word * 64);
+        for (; bits != 0; bits &= bits - 1) visit({word * 64 + std::countr_zero(bits) - lo[0], y, z});
+      }
+    }
+  }
+}
+
 CellRange grown(int lo, int hi, int by, int size) { return {std::max(lo - by, 0), std::min(hi + by, size - 1)}; }
 
 /// Lattice cells whose centres lie between the two coordinates (world frame), ends excluded, cut to the lattice.
@@ -72,72 +118,63 @@ void PotentialLayers::spread_changes(const ObstacleLattice& obstacles, const Vox
 void PotentialLayers::fill_repulsive(const Inputs& inputs, const VoxelBox& box) {
   if (form_ == RepulsionForm::kNearest) {
     read_nearest(*inputs.distances, box);
-  } else if (box.hi.x - box.lo.x < kThin_cells && box.hi.y - box.lo.y >= kThin_cells) {
-    sum_across(inputs.obstacles, box);
-  } else {
-    sum_rows(inputs.obstacles, box);
+    return;
+  }
+  const std::array<int, 3> cells{box.hi.x - box.lo.x + 1, box.hi.y - box.lo.y + 1, box.hi.z - box.lo.z + 1};
+  const auto across = static_cast<std::size_t>(std::min_element(cells.begin(), cells.end()) - cells.begin());
+  int VoxelIndex::*const along = kAxes[across];
+  VoxelBox slab = box;
+  for (slab.lo.*along = box.lo.*along; slab.lo.*along <= box.hi.*along; slab.lo.*along += kSlab_cells) {
+    slab.hi.*along = std::min(slab.lo.*along + kSlab_cells - 1, box.hi.*along);
+    sum_slab(inputs.obstacles, slab, across);
   }
 }
 
-/// Sums the kernels of all obstacles in reach, row of obstacles by row of obstacles along x.
-void PotentialLayers::sum_rows(const ObstacleLattice& obstacles, const VoxelBox& box) {
-  for_each_segment(box, [&](int, int, int, int count, std::size_t index) {
-    std::fill_n(repulsive_.begin() + static_cast<std::ptrdiff_t>(index), count, 0);
+/// Sums the kernels of all obstacles in reach of a slab across one axis. Obstacles side by side share most of their
+/// work: those in runs along the second axis are added row by row, the others in columns along the third.
+void PotentialLayers::sum_slab(const ObstacleLattice& obstacles, const VoxelBox& box, std::size_t across) {
+  const std::size_t second = across == 0 ? 1 : 0;
+  const std::size_t third = 3 - across - second;
+  std::array<int, 3> lo{}, cells{}, from_lo{}, from_cells{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const CellRange from =
+        grown(box.lo.*kAxes[axis], box.hi.*kAxes[axis], kernel_.reach_cells(), lattice_.size()[axis]);
+    lo[axis] = box.lo.*kAxes[axis];
+    cells[axis] = box.hi.*kAxes[axis] - lo[axis] + 1;
+    from_lo[axis] = from.lo;
+    from_cells[axis] = from.hi - from.lo + 1;
+  }
+  ObstacleRows rows(from_cells[across], from_cells[third], from_cells[second], rows_);
+  ObstacleRows columns(from_cells[across], from_cells[second], from_cells[third], columns_);
+  for_each_obstacle(obstacles, from_lo, from_cells,
+                    [&](const std::array<int, 3>& at) { rows.add(at[across], at[third], at[second]); });
+  const std::array<int, 3> shift{from_lo[0] - lo[0], from_lo[1] - lo[1], from_lo[2] - lo[2]};
+  const auto target_of = [&](std::vector<std::int32_t>& sums, std::size_t b, std::size_t c) {
+    std::fill_n(sums.begin(), static_cast<std::ptrdiff_t>(cells[0]) * cells[1] * cells[2], 0);
+    return KernelTarget{sums.data(),
+                        {{0, cells[across] - 1}, cells[across], static_cast<std::ptrdiff_t>(cells[b]) * cells[c]},
+                        {{0, cells[b] - 1}, cells[b], cells[c]},
+                        {{0, cells[c] - 1}, cells[c], 1},
+                        nullptr};
+  };
+  const KernelTarget row_sums = target_of(row_sums_, third, second);
+  const KernelTarget column_sums = target_of(column_sums_, second, third);
+  rows.for_each([&](int a, int b, int c, std::uint64_t mask) {
+    const std::uint64_t inner = mask & (mask << 1) & (mask >> 1);
+    const std::uint64_t runs = inner | (inner << 1) | (inner >> 1);
+    spreader_.spread(kernel_, {a + shift[across], b + shift[third], c + shift[second], runs}, false, row_sums);
+    for (std::uint64_t rest = mask & ~runs; rest != 0; rest &= rest - 1) columns.add(a, c + std::countr_zero(rest), b);
   });
-  const int reach = kernel_.reach_cells();
-  const KernelTarget to = target(box);
-  const std::array<int, 3>& size = lattice_.size();
-  const CellRange from_x = grown(box.lo.x, box.hi.x, reach, size[0]);
-  const CellRange from_y = grown(box.lo.y, box.hi.y, reach, size[1]);
-  const CellRange from_z = grown(box.lo.z, box.hi.z, reach, size[2]);
-  for (int z = from_z.lo; z <= from_z.hi; ++z) {
-    for (int y = from_y.lo; y <= from_y.hi; ++y) {
-      for (int word = from_x.lo / 64; word <= from_x.hi / 64; ++word) {
-        const std::uint64_t mask = obstacles.word(word, y, z) & bits_in(from_x, word * 64);
-        spreader_.spread(kernel_, {z, y, word * 64, mask}, false, to);
-      }
-    }
-  }
-}
-
-/// The same for a box of few cells along x: rows of obstacles along y, so that the rows added are long.
-void PotentialLayers::sum_across(const ObstacleLattice& obstacles, const VoxelBox& box) {
-  const int thickness = box.hi.x - box.lo.x + 1;
-  const int ny = box.hi.y - box.lo.y + 1;
-  const int nz = box.hi.z - box.lo.z + 1;
-  std::fill_n(slab_.begin(), static_cast<std::ptrdiff_t>(thickness) * ny * nz, 0);
-  KernelTarget to{slab_.data(),
-                  {{0, thickness - 1}, thickness, static_cast<std::ptrdiff_t>(ny) * nz},
-                  {{0, nz - 1}, nz, ny},
-                  {{0, ny - 1}, ny, 1},
-                  nullptr};
-  const int reach = kernel_.reach_cells();
-  const std::array<int, 3>& size = lattice_.size();
-  const CellRange from_x = grown(box.lo.x, box.hi.x, reach, size[0]);
-  const CellRange from_y = grown(box.lo.y, box.hi.y, reach, size[1]);
-  const CellRange from_z = grown(box.lo.z, box.hi.z, reach, size[2]);
-  for (int z = from_z.lo; z <= from_z.hi; ++z) {
-    for (int first_y = from_y.lo; first_y <= from_y.hi; first_y += 64) {
-      std::fill(masks_.begin(), masks_.end(), 0);
-      for (int y = first_y; y <= std::min(first_y + 63, from_y.hi); ++y) {
-        for (int word = from_x.lo / 64; word <= from_x.hi / 64; ++word) {
-          std::uint64_t bits = obstacles.word(word, y, z) & bits_in(from_x, word * 64);
-          for (; bits != 0; bits &= bits - 1) {
-            const int x = word * 64 + std::countr_zero(bits);
-            masks_[static_cast<std::size_t>(x - from_x.lo)] |= std::uint64_t{1} << (y - first_y);
-          }
-        }
-      }
-      for (int x = from_x.lo; x <= from_x.hi; ++x) {
-        const std::uint64_t mask = masks_[static_cast<std::size_t>(x - from_x.lo)];
-        spreader_.spread(kernel_, {x - box.lo.x, z - box.lo.z, first_y - box.lo.y, mask}, false, to);
-      }
-    }
-  }
+  columns.for_each([&](int a, int b, int c, std::uint64_t mask) {
+    spreader_.spread(kernel_, {a + shift[across], b + shift[second], c + shift[third], mask}, false, column_sums);
+  });
   for_each_segment(box, [&](int y, int z, int x, int count, std::size_t index) {
-    for (int i = 0; i < count; ++i) {
-      const int from = ((x + i - box.lo.x) * nz + (z - box.lo.z)) * ny + (y - box.lo.y);
-      repulsive_[index + static_cast<std::size_t>(i)] = slab_[static_cast<std::size_t>(from)];
+    std::array<int, 3> at{x - lo[0], y - lo[1], z - lo[2]};
+    for (int i = 0; i < count; ++i, ++at[0]) {
+      const int row = (at[across] * cells[third] + at[third]) * cells[second] + at[second];
+      const int column = (at[across] * cells[second] + at[second]) * cells[third] + at[third];
+      repulsive_[index + static_cast<std::size_t>(i)] =
+          row_sums_[static_cast<std::size_t>(row)] + column_sums_[static_cast<std::size_t>(column)];
     }
   });
 }

@@ -73,8 +73,19 @@ PotentialLayers::PotentialLayers(const GridSpec& lattice, const std::array<int, 
     layer->assign(nx * ny * nz, 0.0F);
   }
   touched_.assign(ny * nz, {});
-  slab_.assign(kThin_cells * ny * nz, 0);
-  masks_.assign(static_cast<std::size_t>(kThin_cells + 2 * kernel_.reach_cells()), 0);
+  std::size_t slab = 0, rows = 0;
+  for (std::size_t across = 0; across < 3; ++across) {
+    std::array<std::size_t, 3> cells{nx, ny, nz};
+    cells[across] = std::min<std::size_t>(cells[across], kSlab_cells);
+    slab = std::max(slab, cells[0] * cells[1] * cells[2]);
+    for (std::size_t& count : cells) count += static_cast<std::size_t>(2 * kernel_.reach_cells());
+    const std::size_t a = cells[across], b = cells[(across + 1) % 3], c = cells[(across + 2) % 3];
+    rows = std::max({rows, a * b * ((c + 63) / 64), a * c * ((b + 63) / 64)});
+  }
+  row_sums_.assign(slab, 0);
+  column_sums_.assign(slab, 0);
+  rows_.assign(rows, 0);
+  columns_.assign(rows, 0);
   for (std::size_t axis = 0; axis < 3; ++axis) line_[axis].assign(static_cast<std::size_t>(size_[axis]), 0.0F);
   mobile_.reserve(kMaxMobile);
   last_mobile_.reserve(kMaxMobile);
@@ -86,7 +97,7 @@ VoxelBox PotentialLayers::window() const {
 
 std::size_t PotentialLayers::memory_bytes() const {
   return repulsive_.size() * (sizeof(std::int32_t) + 4 * sizeof(float)) + touched_.size() * sizeof(CellRange) +
-         slab_.size() * sizeof(std::int32_t);
+         2 * (row_sums_.size() * sizeof(std::int32_t) + rows_.size() * sizeof(std::uint64_t));
 }
 
 void PotentialLayers::add_experience(const PotentialBump& bump) {

@@ -123,8 +123,7 @@ class PotentialLayers {
 
   KernelTarget target(const VoxelBox& clip);
   void spread_changes(const ObstacleLattice& obstacles, const VoxelBox& kept);
-  void sum_rows(const ObstacleLattice& obstacles, const VoxelBox& box);
-  void sum_across(const ObstacleLattice& obstacles, const VoxelBox& box);
+  void sum_slab(const ObstacleLattice& obstacles, const VoxelBox& box, std::size_t across);
   void read_nearest(const DistanceField& distances, const VoxelBox& box);
   void add_bump(const PotentialBump& bump, const VoxelBox& within, std::vector<float>& layer);
   VoxelBox reach_of(const PotentialBump& bump) const;
@@ -148,9 +147,9 @@ class PotentialLayers {
   std::vector<std::int32_t> repulsive_;
   std::vector<float> attractive_, experience_layer_, mobile_layer_, total_;
   std::vector<CellRange> touched_;  ///< per row of the storage: cells (lattice x) whose total is to be summed anew
-  std::vector<std::int32_t> slab_;  ///< scratch: a few planes across x, y contiguous
-  std::array<std::vector<float>, 3> line_;  ///< scratch: one value per cell along each axis
-  std::vector<std::uint64_t> masks_;        ///< scratch: per x, obstacles along y
+  std::array<std::vector<float>, 3> line_;            ///< scratch: one value per cell along each axis
+  std::vector<std::int32_t> row_sums_, column_sums_;  ///< scratch: a slab
+  std::vector<std::uint64_t> rows_, columns_;         ///< scratch: the obstacles in reach of it
 };
 
 /// Both ends included; empty where lo > hi along some axis.

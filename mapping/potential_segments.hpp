@@ -5,8 +5,8 @@
 
 namespace stairwell::mapping {
 
-/// Entering slabs of at most so many cells along x are summed across.
-inline constexpr int kThin_cells = 16;
+/// Repulsion is summed in slabs of at most so many cells.
+inline constexpr int kSlab_cells = 8;
 
 /// Number of the storage's row for a lattice row.
 inline std::size_t touched_row(int y, int z, const std::array<int, 3>& size) {
