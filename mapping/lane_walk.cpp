@@ -46,7 +46,7 @@ const char* name_of(Simd simd) {
 
 namespace lanes {
 
-const WalkKernels& kernels(Simd simd) {
+const ScanKernels& kernels(Simd simd) {
   if (!supported(simd)) {
     throw InputError(std::string("this processor has no ") + name_of(simd) + " instructions");
   }

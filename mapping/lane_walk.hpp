@@ -23,9 +23,9 @@ namespace stairwell::mapping {
 struct ScanFrame {
   std::array<float, 9> rotation{};  ///< world <- sensor, row by row
   std::array<float, 3> origin_m{};
-  double per_m = 1.0;               ///< 1 / resolution
+  double per_m = 1.0;  ///< 1 / resolution
   float resolution_m = 1.0F;
-  float squared_range_m2 = 0.0F;    ///< returns with a greater squared distance are beyond the range
+  float squared_range_m2 = 0.0F;  ///< returns with a greater squared distance are beyond the range
   float range_m = 0.0F;
   std::array<int, 3> origin_key{};
   std::array<float, 3> border_up_m{};    ///< from the origin to the next voxel border, per axis
@@ -70,9 +70,27 @@ struct RayBatch {
   alignas(64) Column<std::int32_t> special;                ///< not 0: RayWalker's
 };
 
-struct WalkKernels {
+/// What one update does to a voxel, as octomap::OccupancyOcTreeBase::updateNodeLogOdds has it.
+struct UpdateRule {
+  float hit = 0.0F;
+  float miss = 0.0F;
+  float lowest = 0.0F;
+  float highest = 0.0F;
+  float threshold = 0.0F;  ///< occupied from here on
+};
+
+/// What became of 64 voxels, a bit each.
+struct WordEffect {
+  std::uint64_t stored = 0;          ///< values that are different now
+  std::uint64_t unknown_before = 0;  ///< among the updated
+  std::uint64_t occupied_before = 0;
+  std::uint64_t occupied_after = 0;
+};
+
+struct ScanKernels {
   /// Transforms the points of a scan. @return points that are not finite
-  std::size_t (*transform)(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t count, RayColumns& rays);
+  std::size_t (*transform)(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t count,
+                           RayColumns& rays);
   /// Fills in ends, keys and flags. `reach` grows by the ends inside the key space.
   void (*find_ends)(const ScanFrame& frame, RayColumns& rays, LatticeBox& reach);
   /// Rays [first, first + count), count <= RayBatch::kRays. @return voxels on the ways of rays that are not special
@@ -81,6 +99,10 @@ struct WalkKernels {
   /// Marks the voxels of the rays that are not special; those found uncertain on the way go to `uncertain`.
   void (*walk)(const RayBatch& batch, std::size_t count, const WindowView& window, std::int32_t tolerance,
                std::vector<std::uint32_t>& uncertain);
+  /// Adds a miss or a hit (disjoint bits) to 64 log-odds, NaN = unknown.
+  WordEffect (*update)(float* log_odds, std::uint64_t miss, std::uint64_t hit, const UpdateRule& rule);
+  /// The keys of the points; `key` holds numbers outside of [0, 65535] where there is none.
+  void (*find_keys)(double per_m, RayColumns& rays);
 };
 
 namespace lanes {
@@ -88,16 +110,17 @@ namespace lanes {
 inline constexpr int kLengthBits = 29;
 inline constexpr std::int32_t kLength = 1 << kLengthBits;
 inline constexpr std::int32_t kFar = 1 << 30;
-/// Float32 arithmetic loses at most 5.1 * 2^-24 of a distance: 164 units at the ray's end, for each of the two compared.
+/// Float32 arithmetic loses at most 5.1 * 2^-24 of a distance: 164 units at the ray's end, for each of the two
+/// compared.
 inline constexpr std::int32_t kRounding = 332;
 inline constexpr std::int32_t kMaxSteps = 512;  ///< along one axis; longer rays would be uncertain too often
 
 /// @throws InputError when the processor lacks the instructions asked for.
-const WalkKernels& kernels(Simd simd);
+const ScanKernels& kernels(Simd simd);
 
-const WalkKernels& scalar_kernels();
-const WalkKernels& avx2_kernels();
-const WalkKernels& avx512_kernels();
+const ScanKernels& scalar_kernels();
+const ScanKernels& avx2_kernels();
+const ScanKernels& avx512_kernels();
 
 }  // namespace lanes
 

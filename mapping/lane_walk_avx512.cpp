@@ -31,8 +31,8 @@ struct Lanes {
   __m512i ray;
 };
 
-/// The first values go to the lanes of `free`, in order. Loading all sixteen (the columns are padded) and spreading them
-/// in the register is quicker than a masked load.
+/// The first values go to the lanes of `free`, in order. Loading all sixteen (the columns are padded) and spreading
+/// them in the register is quicker than a masked load.
 inline __m512i dealt(__m512i lanes, __mmask16 free, const std::int32_t* values) {
   return _mm512_mask_expand_epi32(lanes, free, _mm512_loadu_si512(values));
 }
@@ -145,10 +145,40 @@ void walk(const RayBatch& batch, std::size_t count, const WindowView& window, st
   }
 }
 
+WordEffect update(float* log_odds, std::uint64_t miss, std::uint64_t hit, const UpdateRule& rule) {
+  const __m512 lowest = _mm512_set1_ps(rule.lowest);
+  const __m512 highest = _mm512_set1_ps(rule.highest);
+  const __m512 threshold = _mm512_set1_ps(rule.threshold);
+  const __m512 zero = _mm512_setzero_ps();
+  WordEffect effect;
+  for (unsigned row = 0; row < 64; row += 16) {
+    const auto hits = static_cast<__mmask16>(hit >> row);
+    const auto both = static_cast<__mmask16>(hits | static_cast<__mmask16>(miss >> row));
+    if (both == 0) continue;
+    const __m512 before = _mm512_loadu_ps(log_odds + row);
+    const __mmask16 unknown = _mm512_mask_cmp_ps_mask(both, before, before, _CMP_UNORD_Q);
+    const __m512 add = _mm512_mask_mov_ps(_mm512_set1_ps(rule.miss), hits, _mm512_set1_ps(rule.hit));
+    const __m512 sum = _mm512_add_ps(_mm512_mask_mov_ps(before, unknown, zero), add);
+    const __m512 clamped = _mm512_min_ps(_mm512_max_ps(sum, lowest), highest);
+    const auto settled = static_cast<__mmask16>(
+        (_mm512_cmp_ps_mask(add, zero, _CMP_GE_OQ) & _mm512_cmp_ps_mask(before, highest, _CMP_GE_OQ)) |
+        (_mm512_cmp_ps_mask(add, zero, _CMP_LE_OQ) & _mm512_cmp_ps_mask(before, lowest, _CMP_LE_OQ)));
+    const __m512 after = _mm512_mask_mov_ps(before, static_cast<__mmask16>(both & ~settled), clamped);
+    _mm512_storeu_ps(log_odds + row, after);
+    effect.stored |= static_cast<std::uint64_t>(_mm512_mask_cmp_ps_mask(both, after, before, _CMP_NEQ_UQ)) << row;
+    effect.unknown_before |= static_cast<std::uint64_t>(unknown) << row;
+    effect.occupied_before |= static_cast<std::uint64_t>(_mm512_mask_cmp_ps_mask(both, before, threshold, _CMP_GE_OQ))
+                              << row;
+    effect.occupied_after |= static_cast<std::uint64_t>(_mm512_mask_cmp_ps_mask(both, after, threshold, _CMP_GE_OQ))
+                             << row;
+  }
+  return effect;
+}
+
 }  // namespace
 
-const WalkKernels& avx512_kernels() {
-  static const WalkKernels kernels{transform, find_ends, prepare, walk};
+const ScanKernels& avx512_kernels() {
+  static const ScanKernels kernels{transform, find_ends, prepare, walk, update, find_keys};
   return kernels;
 }
 

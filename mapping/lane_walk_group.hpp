@@ -1,6 +1,6 @@
-// Included by lane_walk_scalar.cpp and lane_walk_avx2.cpp after lane_walk_kernels.hpp: the walk for `kLanes` rays in the
-// compiler's own vectors. Needs `int going_lanes(const Integers&)`, the number of lanes that are -1, and lower_of and
-// higher_of of two vectors of positive numbers. No include guard on purpose; everything is static.
+// Included by lane_walk_scalar.cpp and lane_walk_avx2.cpp after lane_walk_kernels.hpp: the walk for `kLanes` rays in
+// the compiler's own vectors. Needs `int going_lanes(const Integers&)`, the number of lanes that are -1, and lower_of
+// and higher_of of two vectors of positive numbers. No include guard on purpose; everything is static.
 
 /// Sets one lane of a vector, without a way through memory.
 static inline Integers with_lane(Integers values, Integers lane, std::int32_t value) {

@@ -91,10 +91,19 @@ static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reac
   reach = {{lo_x, lo_y, lo_z}, {hi_x, hi_y, hi_z}};
 }
 
+static void find_keys(double per_m, RayColumns& rays) {
+  const std::size_t count = rays.size();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float* const point_m = rays.point_m[axis].data();
+    std::int32_t* const key = rays.key[axis].data();
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < count; ++i) key[i] = lattice_key(per_m * static_cast<double>(point_m[i]));
+  }
+}
+
 /// One axis of `prepare`: distances of the borders in units of 2^-29 of the ray.
 static inline void prepare_axis(float along, float up_m, float down_m, float resolution_m, float scale,
-                                std::int32_t cell_stride, std::int32_t& t, std::int32_t& delta,
-                                std::int32_t& stride) {
+                                std::int32_t cell_stride, std::int32_t& t, std::int32_t& delta, std::int32_t& stride) {
   constexpr auto kFarF = static_cast<float>(lanes::kFar);
   const float inverse = 1.0F / along;
   const float first = (along > 0.0F ? up_m : down_m) * inverse * scale;

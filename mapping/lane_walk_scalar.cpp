@@ -1,5 +1,7 @@
 #include "mapping/lane_walk.hpp"
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -41,10 +43,31 @@ inline int going_lanes(const Integers& going) { return -(going[0] + going[1] + g
 
 #include "mapping/lane_walk_group.hpp"
 
+WordEffect update(float* log_odds, std::uint64_t miss, std::uint64_t hit, const UpdateRule& rule) {
+  WordEffect effect;
+  for (std::uint64_t bits = miss | hit; bits != 0; bits &= bits - 1) {
+    const std::uint64_t bit = bits & -bits;
+    float& value = log_odds[std::countr_zero(bits)];
+    const float before = value;
+    const bool known = before == before;
+    const float add = (hit & bit) != 0 ? rule.hit : rule.miss;
+    effect.unknown_before |= known ? 0 : bit;
+    effect.occupied_before |= before >= rule.threshold ? bit : 0;
+    const bool settled = (add >= 0.0F && before >= rule.highest) || (add <= 0.0F && before <= rule.lowest);
+    if (!settled) {
+      const float sum = (known ? before : 0.0F) + add;
+      value = sum < rule.lowest ? rule.lowest : (sum > rule.highest ? rule.highest : sum);
+      effect.stored |= value != before ? bit : 0;
+    }
+    effect.occupied_after |= value >= rule.threshold ? bit : 0;
+  }
+  return effect;
+}
+
 }  // namespace
 
-const WalkKernels& scalar_kernels() {
-  static const WalkKernels kernels{transform, find_ends, prepare, walk};
+const ScanKernels& scalar_kernels() {
+  static const ScanKernels kernels{transform, find_ends, prepare, walk, update, find_keys};
   return kernels;
 }
 

@@ -1,39 +1,24 @@
 #include "mapping/occupancy_map.hpp"
 
 #include "core/errors.hpp"
+#include "mapping/lane_walk.hpp"
+#include "mapping/occupancy_block.hpp"
 #include "mapping/octree_mirror.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace stairwell::mapping {
 
 namespace {
 
-constexpr float kUnknownLogOdds = std::numeric_limits<float>::quiet_NaN();
 constexpr int kKeyOffset = 32768;
 constexpr std::size_t kMaxBlocks = std::size_t{1} << 27;
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// octomap::logodds, rounding included.
 float log_odds_of(double probability) { return static_cast<float>(std::log(probability / (1.0 - probability))); }
-
-struct Block {
-  std::array<float, 512> log_odds;
-  std::array<std::uint64_t, 8> known{};
-  std::array<std::uint64_t, 8> assumed{};
-  std::array<std::uint64_t, 8> hit{};
-  std::uint64_t revision = 0;
-  VoxelIndex at;                ///< block coordinates
-  std::uint32_t newer = kNone;  ///< neighbours in the list of changed blocks, oldest change first
-  std::uint32_t older = kNone;
-  bool listed = false;
-  bool dirty = false;
-
-  Block() { log_odds.fill(kUnknownLogOdds); }
-};
 
 void require_open_unit(std::vector<std::string>& problems, const char* name, double value) {
   if (!(value > 0.0 && value < 1.0)) {
@@ -76,7 +61,7 @@ struct OccupancyMap::Impl {
 
   GridSpec grid;
   OccupancyParams params;
-  float hit = 0.0F, miss = 0.0F, lowest = 0.0F, highest = 0.0F, threshold = 0.0F;
+  UpdateRule rule;
   std::array<int, 3> offset{};
   std::array<int, 3> blocks_per_axis{};
   std::vector<std::uint32_t> table;  ///< index into `blocks`, kNone where nothing was touched
@@ -87,16 +72,16 @@ struct OccupancyMap::Impl {
   std::size_t occupied = 0;
   std::vector<std::uint8_t> seen;  ///< see OccupancyMap::seen_
   std::vector<std::uint32_t> dirty;
+  std::vector<std::vector<std::uint32_t>> touched;  ///< scratch
+  std::vector<std::vector<BlockEffect>> effects;    ///< scratch
   bool rebuild_tree = false;
+  bool detecting = false;
   OctreeMirror mirror;
 
   Impl(const GridSpec& grid_in, const OccupancyParams& params_in)
       : grid(grid_in), params(params_in), mirror(grid_in.resolution_m(), params_in) {
-    hit = log_odds_of(params.p_hit);
-    miss = log_odds_of(params.p_miss);
-    lowest = log_odds_of(params.clamp_min);
-    highest = log_odds_of(params.clamp_max);
-    threshold = log_odds_of(params.p_occupied);
+    rule = {log_odds_of(params.p_hit), log_odds_of(params.p_miss), log_odds_of(params.clamp_min),
+            log_odds_of(params.clamp_max), log_odds_of(params.p_occupied)};
     std::size_t count = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       offset[axis] = (grid.first_cell()[axis] + kKeyOffset) % kBlock;
@@ -157,6 +142,14 @@ struct OccupancyMap::Impl {
     }
     return bits;
   }
+  bool inside_whole(const VoxelIndex& block) const {
+    const std::array<int, 3> at{block.x, block.y, block.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int first = at[axis] * kBlock - offset[axis];
+      if (first < 0 || first + kBlock > grid.size()[axis]) return false;
+    }
+    return true;
+  }
   static std::uint64_t row_inside(int first, int size) {
     std::uint64_t bits = 0;
     for (int i = 0; i < 8; ++i) {
@@ -195,24 +188,22 @@ struct OccupancyMap::Impl {
   }
 
   Occupancy class_of(float value) const {
-    return std::isnan(value) ? Occupancy::kUnknown : (value >= threshold ? Occupancy::kOccupied : Occupancy::kFree);
+    return std::isnan(value) ? Occupancy::kUnknown
+                             : (value >= rule.threshold ? Occupancy::kOccupied : Occupancy::kFree);
   }
 
-  /// octomap::OccupancyOcTreeBase::updateNode and updateNodeLogOdds on one voxel, with the same roundings.
-  float updated(float before, float update) const {
-    if (!std::isnan(before) && ((update >= 0.0F && before >= highest) || (update <= 0.0F && before <= lowest))) {
-      return before;
-    }
-    const float sum = (std::isnan(before) ? 0.0F : before) + update;
-    return sum < lowest ? lowest : (sum > highest ? highest : sum);
+  /// Index in the grid of the block's first voxel, which may lie outside.
+  std::ptrdiff_t first_linear(const Block& block) const {
+    return (static_cast<std::ptrdiff_t>(block.at.z * kBlock - offset[2]) * grid.size()[1] + block.at.y * kBlock -
+            offset[1]) *
+               grid.size()[0] +
+           block.at.x * kBlock - offset[0];
   }
-
   /// @pre the cell lies inside the grid
-  std::size_t linear(const Block& block, std::size_t cell) const {
-    const int in_block = static_cast<int>(cell);
-    return grid.linear({block.at.x * kBlock - offset[0] + (in_block & 7),
-                        block.at.y * kBlock - offset[1] + ((in_block >> 3) & 7),
-                        block.at.z * kBlock - offset[2] + (in_block >> 6)});
+  std::size_t linear(std::ptrdiff_t first, std::size_t cell) const {
+    const auto row =
+        static_cast<std::ptrdiff_t>(cell >> 6) * grid.size()[1] + static_cast<std::ptrdiff_t>(cell >> 3 & 7);
+    return static_cast<std::size_t>(first + row * grid.size()[0] + static_cast<std::ptrdiff_t>(cell & 7));
   }
 
   /// Stores a voxel's value; true if its class changed.
@@ -232,43 +223,82 @@ struct OccupancyMap::Impl {
     occupied += (class_after == Occupancy::kOccupied ? 1U : 0U);
     occupied -= (class_before == Occupancy::kOccupied ? 1U : 0U);
     block.known[word] = class_after == Occupancy::kUnknown ? block.known[word] & ~bit : block.known[word] | bit;
-    std::uint8_t& summary = seen[linear(block, cell)];
+    std::uint8_t& summary = seen[linear(first_linear(block), cell)];
     const bool stop = class_after == Occupancy::kOccupied || (summary & kHitBit) != 0 ||
                       (class_after == Occupancy::kUnknown && (block.assumed[word] & bit) == 0);
     summary = static_cast<std::uint8_t>((summary & kHitBit) | static_cast<std::uint8_t>(class_after) |
                                         (stop ? kBlockedBit : 0));
+    if (detecting && class_after != Occupancy::kUnknown) {
+      const bool created = class_before == Occupancy::kUnknown;
+      note_changes(block, word, created ? bit : 0, created ? 0 : bit);
+    }
     mark_changed(index);
     return true;
   }
 
-  void note_hits(std::uint32_t index, std::size_t word, std::uint64_t bits) {
-    std::uint64_t& before = blocks[index]->hit[word];
-    std::uint64_t fresh = bits & ~before;
-    if (fresh == 0) return;
-    before |= bits;
-    for (; fresh != 0; fresh &= fresh - 1) {
-      seen[linear(*blocks[index], word * 64 + static_cast<std::size_t>(std::countr_zero(fresh)))] |=
-          kHitBit | kBlockedBit;
-    }
-    mark_changed(index);
+  /// octomap::OccupancyOcTreeBase: a voxel that changes back is not changed; one that was created stays so.
+  static void note_changes(Block& block, std::size_t word, std::uint64_t created, std::uint64_t toggled) {
+    if ((created | toggled) == 0) return;
+    if (block.changes == nullptr) block.changes = std::make_unique<BlockChanges>();
+    block.changes->created[word] |= created;
+    block.changes->toggled[word] ^= toggled;
   }
 
-  std::size_t update_bits(std::uint32_t index, std::size_t word, std::uint64_t bits, float update) {
-    std::size_t changed = 0;
-    bool touched = false;
-    for (; bits != 0; bits &= bits - 1) {
-      const std::size_t cell = word * 64 + static_cast<std::size_t>(std::countr_zero(bits));
-      const float before = blocks[index]->log_odds[cell];
-      const float after = updated(before, update);
-      if (after != before) {  // true for NaN
-        touched = true;
-        changed += store(index, cell, after) ? 1U : 0U;
+  void note_hits(std::uint32_t index, std::size_t word, std::uint64_t bits) {
+    if (note_hits_in(*blocks[index], word, bits)) mark_changed(index);
+  }
+
+  /// True if any is new.
+  bool note_hits_in(Block& block, std::size_t word, std::uint64_t bits) {
+    const std::uint64_t fresh = bits & ~block.hit[word];
+    if (fresh == 0) return false;
+    block.hit[word] |= bits;
+    const std::ptrdiff_t first = first_linear(block);
+    for (std::uint64_t left = fresh; left != 0; left &= left - 1) {
+      seen[linear(first, word * 64 + static_cast<std::size_t>(std::countr_zero(left)))] |= kHitBit | kBlockedBit;
+    }
+    return true;
+  }
+
+  /// Touches nothing but this block and its voxels' bytes in `seen`.
+  BlockEffect update_block(Block& block, const BlockMask& mask, const ScanKernels& kernels) {
+    BlockEffect effect;
+    const bool whole = inside_whole(block.at);
+    const std::ptrdiff_t first = first_linear(block);
+    for (std::size_t word = 0; word < 8; ++word) {
+      if ((mask.hit[word] | mask.miss[word]) == 0) continue;
+      const std::uint64_t inside_bits = whole ? ~std::uint64_t{0} : inside(block.at, static_cast<int>(word));
+      const std::uint64_t hits = mask.hit[word] & inside_bits;
+      const std::uint64_t misses = mask.miss[word] & ~mask.hit[word] & inside_bits;
+      const WordEffect now = kernels.update(block.log_odds.data() + word * 64, misses, hits, rule);
+      const std::uint64_t changed = now.unknown_before | (now.occupied_before ^ now.occupied_after);
+      effect.updated += static_cast<std::size_t>(std::popcount(hits | misses));
+      effect.changed += static_cast<std::size_t>(std::popcount(changed));
+      effect.made_known += static_cast<std::size_t>(std::popcount(now.unknown_before));
+      effect.made_occupied += std::popcount(now.occupied_after) - std::popcount(now.occupied_before);
+      effect.stored = effect.stored || now.stored != 0;
+      block.known[word] |= now.unknown_before;
+      for (std::uint64_t left = changed; left != 0; left &= left - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(left));
+        const bool is_occupied = (now.occupied_after >> bit & 1U) != 0;
+        std::uint8_t& summary = seen[linear(first, word * 64 + bit)];
+        const auto keep = static_cast<std::uint8_t>(summary & kHitBit);
+        const Occupancy now_is = is_occupied ? Occupancy::kOccupied : Occupancy::kFree;
+        summary = static_cast<std::uint8_t>(keep | static_cast<std::uint8_t>(now_is) |
+                                            (is_occupied || keep != 0 ? kBlockedBit : 0));
       }
+      if (detecting) note_changes(block, word, now.unknown_before, changed & ~now.unknown_before);
+      const bool fresh_hit = note_hits_in(block, word, hits);
+      effect.marked = effect.marked || changed != 0 || fresh_hit;
     }
-    if (touched) {
-      mark_dirty(index);
-    }
-    return changed;
+    return effect;
+  }
+
+  void book(std::uint32_t index, const BlockEffect& effect) {
+    known += effect.made_known;
+    occupied = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(occupied) + effect.made_occupied);
+    if (effect.stored) mark_dirty(index);
+    if (effect.marked) mark_changed(index);
   }
 
   void bring_tree_up_to_date() {
@@ -325,9 +355,9 @@ void OccupancyMap::update(const VoxelIndex& v, bool occupied) {
     return;
   }
   const Impl::Slot slot = impl_->slot_of(v);
-  const std::uint32_t index = impl_->touch(impl_->block_of(v));
-  impl_->update_bits(index, slot.word, slot.mask(), occupied ? impl_->hit : impl_->miss);
-  if (occupied) impl_->note_hits(index, slot.word, slot.mask());
+  BlockMask mask;
+  (occupied ? mask.hit : mask.miss)[slot.word] = slot.mask();
+  apply(impl_->block_of(v), mask);
 }
 
 void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
@@ -355,18 +385,42 @@ const std::array<int, 3>& OccupancyMap::block_offset() const { return impl_->off
 const std::array<int, 3>& OccupancyMap::block_count() const { return impl_->blocks_per_axis; }
 
 OccupancyMap::ScanEffect OccupancyMap::apply(const VoxelIndex& block, const BlockMask& mask) {
+  static const ScanKernels& kernels = lanes::kernels(Simd::kBest);
   const std::uint32_t index = impl_->touch(block);
-  ScanEffect effect;
-  for (std::size_t word = 0; word < 8; ++word) {
-    const std::uint64_t inside = impl_->inside(block, static_cast<int>(word));
-    const std::uint64_t hit = mask.hit[word] & inside;
-    const std::uint64_t miss = mask.miss[word] & ~mask.hit[word] & inside;
-    effect.updated += static_cast<std::size_t>(std::popcount(hit) + std::popcount(miss));
-    effect.changed += impl_->update_bits(index, word, miss, impl_->miss);
-    effect.changed += impl_->update_bits(index, word, hit, impl_->hit);
-    impl_->note_hits(index, word, hit);
+  const BlockEffect effect = impl_->update_block(*impl_->blocks[index], mask, kernels);
+  impl_->book(index, effect);
+  return {effect.updated, effect.changed};
+}
+
+OccupancyMap::ScanEffect OccupancyMap::apply(std::span<const std::vector<BlockUpdate>> updates,
+                                             const ScanKernels& kernels, WorkerPool& pool) {
+  Impl& map = *impl_;
+  std::vector<std::vector<std::uint32_t>>& touched = map.touched;
+  std::vector<std::vector<BlockEffect>>& effects = map.effects;
+  touched.resize(updates.size());
+  effects.resize(updates.size());
+  for (std::size_t list = 0; list < updates.size(); ++list) {
+    touched[list].clear();
+    for (const BlockUpdate& update : updates[list]) touched[list].push_back(map.touch(update.block));
+    effects[list].resize(updates[list].size());
   }
-  return effect;
+  const auto update_list = [&](int thread) {
+    for (auto list = static_cast<std::size_t>(thread); list < updates.size();
+         list += static_cast<std::size_t>(pool.threads())) {
+      for (std::size_t i = 0; i < updates[list].size(); ++i) {
+        effects[list][i] = map.update_block(*map.blocks[touched[list][i]], updates[list][i].mask, kernels);
+      }
+    }
+  };
+  pool.run(update_list);
+  BlockEffect sum;
+  for (std::size_t list = 0; list < updates.size(); ++list) {
+    for (std::size_t i = 0; i < effects[list].size(); ++i) {
+      map.book(touched[list][i], effects[list][i]);
+      sum.add(effects[list][i]);
+    }
+  }
+  return {sum.updated, sum.changed};
 }
 
 void OccupancyMap::assume_free(const Eigen::Vector3d& center_m, double radius_m) {
@@ -404,6 +458,28 @@ void OccupancyMap::mark_hit(const VoxelIndex& v) {
   if (at(v) == Occupancy::kUnknown) return;
   const Impl::Slot slot = impl_->slot_of(v);
   impl_->note_hits(impl_->touch(impl_->block_of(v)), slot.word, slot.mask());
+}
+
+void OccupancyMap::detect_changes(bool on) { impl_->detecting = on; }
+
+void OccupancyMap::forget_changes() {
+  for (const std::unique_ptr<Block>& block : impl_->blocks) block->changes.reset();
+}
+
+std::vector<OccupancyMap::Change> OccupancyMap::changes() const {
+  std::vector<Change> found;
+  for (const std::unique_ptr<Block>& block : impl_->blocks) {
+    if (block->changes == nullptr) continue;
+    const std::ptrdiff_t first = impl_->first_linear(*block);
+    for (std::size_t word = 0; word < 8; ++word) {
+      const std::uint64_t created = block->changes->created[word];
+      for (std::uint64_t left = created | block->changes->toggled[word]; left != 0; left &= left - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(left));
+        found.push_back({grid_.voxel(impl_->linear(first, word * 64 + bit)), (created >> bit & 1U) != 0});
+      }
+    }
+  }
+  return found;
 }
 
 std::uint64_t OccupancyMap::revision() const { return impl_->revision; }

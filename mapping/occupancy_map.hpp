@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,14 @@ struct BlockMask {
   std::array<std::uint64_t, 8> miss{};
   std::array<std::uint64_t, 8> hit{};  ///< wins where both are set
 };
+
+struct BlockUpdate {
+  VoxelIndex block;
+  BlockMask mask;
+};
+
+struct ScanKernels;
+class WorkerPool;
 
 /// Log-odds occupancy of a finite box of the world, with a real octomap::OcTree behind it.
 ///
@@ -85,6 +94,9 @@ class OccupancyMap {
   const std::array<int, 3>& block_count() const;
   /// `update` on every voxel of the mask. @pre the block is within block_count(); bits outside the grid are ignored.
   ScanEffect apply(const VoxelIndex& block, const BlockMask& mask);
+  /// The same for many blocks, none of them twice: one list per thread of the pool. The map is the same whatever the
+  /// number of threads, as long as the lists are the same in a row.
+  ScanEffect apply(std::span<const std::vector<BlockUpdate>> updates, const ScanKernels& kernels, WorkerPool& pool);
 
   /// Unknown space inside this sphere counts as free for `blocked` (the spot a UAV is started from); the map and
   /// its files stay as they are.
@@ -104,6 +116,16 @@ class OccupancyMap {
   std::uint64_t revision() const;
   /// Visits the voxel box of every block in which some class changed after `revision`.
   void for_each_block_changed_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
+
+  /// Change detection as octomap::OcTree::enableChangeDetection has it: off at first; while on, voxels that become
+  /// known (`created`, for good) or whose occupied/free class is another one than when changes were last forgotten.
+  struct Change {
+    VoxelIndex voxel;
+    bool created = false;
+  };
+  void detect_changes(bool on);
+  void forget_changes();
+  std::vector<Change> changes() const;  ///< in no special order
 
   std::size_t known_voxels() const;
   std::size_t occupied_voxels() const;

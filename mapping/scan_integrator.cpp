@@ -4,16 +4,22 @@
 #include "mapping/lane_walk.hpp"
 #include "mapping/ray_walk.hpp"
 #include "mapping/scan_window.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <string>
+#include <unordered_set>
 
 namespace stairwell::mapping {
 
 namespace {
+
+constexpr int kMostThreads = 64;
 
 /// The greatest squared distance whose root is within the range, so that one comparison in float32 decides what
 /// OctoMap decides in double.
@@ -55,20 +61,18 @@ ScanFrame frame_of(const Scan& scan, const RayLattice& lattice, const Eigen::Vec
 /// (octomap::OccupancyOcTreeBase::computeDiscreteUpdate).
 class EndVoxels {
  public:
-  void keep_one_per_voxel(const RayLattice& lattice, RayColumns& rays) {
-    const std::size_t count = rays.size();
-    std::size_t slots = 1024;
-    while (slots < 2 * count) slots *= 2;
-    taken_.assign(slots, kNone);
+  void keep_one_per_voxel(const RayLattice& lattice, const ScanKernels& kernels, RayColumns& rays) {
+    kernels.find_keys(1.0 / lattice.resolution_m(), rays);
+    lay_out(rays);
     std::size_t kept = 0;
     std::uint64_t last = kNone;
-    for (std::size_t i = 0; i < count; ++i) {
-      LatticeKey key;
-      if (!lattice.key_of({rays.point_m[0][i], rays.point_m[1][i], rays.point_m[2][i]}, key)) continue;
-      const std::uint64_t packed = static_cast<std::uint64_t>(key.x) << 32 | static_cast<std::uint64_t>(key.y) << 16 |
-                                   static_cast<std::uint64_t>(key.z);
-      if (packed == last || !insert(packed)) continue;  // neighbours often end in one voxel
-      last = packed;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const LatticeKey key{rays.key[0][i], rays.key[1][i], rays.key[2][i]};
+      if (((key.x | key.y | key.z) & ~0xFFFF) != 0) continue;
+      const std::uint64_t cell = cell_of(key);
+      if (cell == last) continue;  // neighbours often end in one voxel
+      last = cell;
+      if (!first_time(cell)) continue;
       const Eigen::Vector3f center_m = lattice.center_of(key);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         rays.point_m[axis][kept] = center_m[static_cast<Eigen::Index>(axis)];
@@ -76,23 +80,55 @@ class EndVoxels {
       ++kept;
     }
     rays.resize(kept);
+    for (const std::uint64_t cell : marked_) bits_[cell >> 6] = 0;
   }
 
  private:
   static constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+  static constexpr std::uint64_t kMostBits = std::uint64_t{1} << 28;
 
-  bool insert(std::uint64_t packed) {
-    const std::size_t mask = taken_.size() - 1;
-    for (std::size_t slot = (packed * 0x9E3779B97F4A7C15ULL >> 32) & mask;; slot = (slot + 1) & mask) {
-      if (taken_[slot] == packed) return false;
-      if (taken_[slot] == kNone) {
-        taken_[slot] = packed;
-        return true;
+  /// A bit for each voxel of the returns' box, or a set where that box is too large.
+  void lay_out(const RayColumns& rays) {
+    std::array<std::int32_t, 3> hi{-1, -1, -1};
+    lo_ = {0xFFFF, 0xFFFF, 0xFFFF};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const std::int32_t key : rays.key[axis]) {
+        if ((key & ~0xFFFF) != 0) continue;
+        lo_[axis] = std::min(lo_[axis], key);
+        hi[axis] = std::max(hi[axis], key);
       }
     }
+    marked_.clear();
+    set_.clear();
+    std::uint64_t cells = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      extent_[axis] = static_cast<std::uint64_t>(std::max(hi[axis] - lo_[axis] + 1, 0));
+      cells *= extent_[axis];
+    }
+    dense_ = cells <= kMostBits;
+    if (dense_ && bits_.size() * 64 < cells) bits_.resize((cells + 63) / 64);
   }
 
-  std::vector<std::uint64_t> taken_;
+  std::uint64_t cell_of(const LatticeKey& key) const {
+    return (static_cast<std::uint64_t>(key.z - lo_[2]) * extent_[1] + static_cast<std::uint64_t>(key.y - lo_[1])) *
+               extent_[0] +
+           static_cast<std::uint64_t>(key.x - lo_[0]);
+  }
+  bool first_time(std::uint64_t cell) {
+    if (!dense_) return set_.insert(cell).second;
+    const std::uint64_t bit = std::uint64_t{1} << (cell & 63U);
+    if ((bits_[cell >> 6] & bit) != 0) return false;
+    bits_[cell >> 6] |= bit;
+    marked_.push_back(cell);
+    return true;
+  }
+
+  std::array<std::int32_t, 3> lo_{};
+  std::array<std::uint64_t, 3> extent_{};
+  bool dense_ = true;
+  std::vector<std::uint64_t> bits_;    ///< zero between scans
+  std::vector<std::uint64_t> marked_;  ///< cells whose bit is set
+  std::unordered_set<std::uint64_t> set_;
 };
 
 }  // namespace
@@ -119,17 +155,28 @@ struct Share {
   ScanWindow window;
   RayBatch batch;
   std::vector<std::uint32_t> uncertain;  ///< rays of the batch
+  std::vector<RayEnd> special, for_walker;
   std::size_t steps = 0;
 };
 
 struct ScanIntegrator::Impl {
   Config config;
-  const WalkKernels* kernels;
+  const ScanKernels* kernels;
   RayColumns rays;
   EndVoxels end_voxels;
-  Share share;
+  WorkerPool pool;
+  std::vector<Share> shares;
+  std::vector<ScanWindow*> windows;  ///< of the shares
+  std::vector<std::vector<BlockUpdate>> updates;
 
-  explicit Impl(Config config_in) : config(config_in), kernels(&lanes::kernels(config.simd)) {}
+  explicit Impl(Config config_in)
+      : config(config_in),
+        kernels(&lanes::kernels(config.simd)),
+        pool(config.threads),
+        shares(static_cast<std::size_t>(config.threads)),
+        updates(shares.size()) {
+    for (Share& share : shares) windows.push_back(&share.window);
+  }
 
   static RayEnd ray_end(const RayColumns& rays, std::size_t i) {
     return {{rays.end_m[0][i], rays.end_m[1][i], rays.end_m[2][i]},
@@ -137,12 +184,42 @@ struct ScanIntegrator::Impl {
             (rays.flags[i] & RayColumns::kHit) != 0};
   }
 
+  /// Leaves out the rays that octomap::OcTree leaves out under a bounding box, which is `limit` in keys.
+  LatticeBox apply_limit(const RayLattice& lattice, const std::array<int, 3>& origin_key) {
+    LatticeBox limit;
+    const Eigen::Vector3f lo_m = config.limit->min_m.cast<float>();
+    const Eigen::Vector3f hi_m = config.limit->max_m.cast<float>();
+    if (!lattice.key_of(lo_m, limit.lo) || !lattice.key_of(hi_m, limit.hi)) {
+      throw InputError("scan integration: the limit lies outside OctoMap's key space");
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      bool inside = (rays.flags[i] & RayColumns::kHit) != 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float at_m = rays.point_m[axis][i];
+        const auto a = static_cast<Eigen::Index>(axis);
+        inside = inside && at_m >= lo_m[a] && at_m <= hi_m[a];
+      }
+      if (inside) continue;
+      rays.flags[i] = RayColumns::kOutside;
+      for (std::size_t axis = 0; axis < 3; ++axis) rays.key[axis][i] = origin_key[axis];
+    }
+    return limit;
+  }
+
+  /// The `part`th of what the scan says, from all windows.
+  void collect(const OccupancyMap& map, int part) {
+    std::vector<BlockUpdate>& mine = updates[static_cast<std::size_t>(part)];
+    mine.clear();
+    ScanWindow::take(windows, map, part, config.threads, mine);
+  }
+
   /// Carves rays [first, last) into the share's window.
   void carve(const ScanFrame& frame, const RayWalker& walker, std::size_t first, std::size_t last, Share& part) const {
     const WindowView view = part.window.view(walker.origin_key());
     const std::int32_t tolerance = lanes::kRounding + std::min(part.window.longest_side(), lanes::kMaxSteps);
-    std::vector<RayEnd> special, uncertain;
     part.steps = 0;
+    part.special.clear();
+    part.for_walker.clear();
     for (std::size_t at = first; at < last; at += RayBatch::kRays) {
       const std::size_t count = std::min(RayBatch::kRays, last - at);
       part.steps += kernels->prepare(frame, rays, at, count, view, part.batch);
@@ -150,15 +227,15 @@ struct ScanIntegrator::Impl {
       if (view.origin_cell >= 0) {
         kernels->walk(part.batch, count, view, tolerance, part.uncertain);
       }
-      for (const std::uint32_t i : part.uncertain) uncertain.push_back(ray_end(rays, at + i));
+      for (const std::uint32_t i : part.uncertain) part.for_walker.push_back(ray_end(rays, at + i));
       const auto* const flags = part.batch.special.data();
       if (std::accumulate(flags, flags + count, 0) == 0) continue;
       for (std::size_t i = 0; i < count; ++i) {
-        if (flags[i] != 0) special.push_back(ray_end(rays, at + i));
+        if (flags[i] != 0) part.special.push_back(ray_end(rays, at + i));
       }
     }
-    walker.walk(uncertain, part.window);
-    part.steps += walker.walk(special, part.window);
+    walker.walk(part.for_walker, part.window);
+    part.steps += walker.walk(part.special, part.window);
     for (std::size_t i = first; i < last; ++i) {
       if ((rays.flags[i] & RayColumns::kHit) != 0) {
         part.window.mark_hit({rays.key[0][i], rays.key[1][i], rays.key[2][i]});
@@ -168,7 +245,16 @@ struct ScanIntegrator::Impl {
 };
 
 ScanIntegrator::ScanIntegrator() : ScanIntegrator(Config{}) {}
-ScanIntegrator::ScanIntegrator(Config config) : impl_(std::make_unique<Impl>(config)) {}
+ScanIntegrator::ScanIntegrator(Config config) {
+  if (config.threads < 1 || config.threads > kMostThreads) {
+    throw InputError("scan integration: threads must be 1 to " + std::to_string(kMostThreads) + ", got " +
+                     std::to_string(config.threads));
+  }
+  if (config.limit && !(config.limit->min_m.allFinite() && config.limit->max_m.allFinite())) {
+    throw InputError("scan integration: the limit must be finite");
+  }
+  impl_ = std::make_unique<Impl>(config);
+}
 ScanIntegrator::~ScanIntegrator() = default;
 ScanIntegrator::ScanIntegrator(ScanIntegrator&&) noexcept = default;
 ScanIntegrator& ScanIntegrator::operator=(ScanIntegrator&&) noexcept = default;
@@ -190,18 +276,28 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
   rays.resize(scan.points_m.size());
   stats.dropped_not_finite = impl_->kernels->transform(frame, scan.points_m.data(), scan.points_m.size(), rays);
   if (impl_->config.discretize) {
-    impl_->end_voxels.keep_one_per_voxel(lattice, rays);
+    impl_->end_voxels.keep_one_per_voxel(lattice, *impl_->kernels, rays);
   }
   LatticeBox reach{origin_key, origin_key};
   impl_->kernels->find_ends(frame, rays, reach);
 
-  Share& share = impl_->share;
-  if (!share.window.open(map, reach)) {
-    return stats;
+  std::vector<Share>& shares = impl_->shares;
+  LatticeBox limit;
+  if (impl_->config.limit) limit = impl_->apply_limit(lattice, frame.origin_key);
+  for (Share& share : shares) {
+    if (!share.window.open(map, reach, impl_->config.limit ? &limit : nullptr)) return stats;
   }
-  impl_->carve(frame, RayWalker(lattice, origin_m, origin_key), 0, rays.size(), share);
-  stats.ray_steps = share.steps;
-  share.window.apply_to(map, stats);
+  const RayWalker walker(lattice, origin_m, origin_key);
+  const std::size_t parts = shares.size();
+  impl_->pool.run([&](int i) {
+    const auto part = static_cast<std::size_t>(i);
+    impl_->carve(frame, walker, rays.size() * part / parts, rays.size() * (part + 1) / parts, shares[part]);
+  });
+  for (const Share& share : shares) stats.ray_steps += share.steps;
+  impl_->pool.run([&](int i) { impl_->collect(map, i); });
+  const OccupancyMap::ScanEffect effect = map.apply(impl_->updates, *impl_->kernels, impl_->pool);
+  stats.voxels_updated = effect.updated;
+  stats.voxels_changed = effect.changed;
   return stats;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace stairwell::mapping {
@@ -34,9 +35,12 @@ class ScanIntegrator {
     bool discretize = false;  ///< one ray per end voxel
     int threads = 1;          ///< the map is the same with any number
     Simd simd = Simd::kBest;
+    /// As octomap::OcTree::useBBXLimit: rays whose return lies outside, or beyond the range, are left out, and nothing
+    /// outside is carved. (The map's own grid limits what is stored and leaves no ray out.)
+    std::optional<Aabb> limit = std::nullopt;
   };
   ScanIntegrator();
-  /// @throws InputError unless threads is 1 to 64 and the processor has the instructions.
+  /// @throws InputError unless threads is 1 to 64, the processor has the instructions and the limit is finite.
   explicit ScanIntegrator(Config config);
   ~ScanIntegrator();
   ScanIntegrator(ScanIntegrator&&) noexcept;

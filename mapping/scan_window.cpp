@@ -2,7 +2,6 @@
 
 #include "mapping/lane_walk.hpp"
 #include "mapping/occupancy_map.hpp"
-#include "mapping/scan_integrator.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -36,16 +35,20 @@ void LatticeBox::extend(const LatticeKey& key) {
   hi = {std::max(hi.x, key.x), std::max(hi.y, key.y), std::max(hi.z, key.z)};
 }
 
-bool ScanWindow::open(const OccupancyMap& map, const LatticeBox& reach) {
+bool ScanWindow::open(const OccupancyMap& map, const LatticeBox& reach, const LatticeBox* limit) {
   const std::array<int, 3> reach_lo{reach.lo.x, reach.lo.y, reach.lo.z};
   const std::array<int, 3> reach_hi{reach.hi.x, reach.hi.y, reach.hi.z};
+  constexpr int kAny = std::numeric_limits<int>::max();
+  const LatticeBox within = limit != nullptr ? *limit : LatticeBox{{-kAny, -kAny, -kAny}, {kAny, kAny, kAny}};
+  const std::array<int, 3> limit_lo{within.lo.x, within.lo.y, within.lo.z};
+  const std::array<int, 3> limit_hi{within.hi.x, within.hi.y, within.hi.z};
   std::array<int, 3> lo{};
   std::array<int, 3> first{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int grid_lo = map.grid().first_cell()[axis] + kKeyOrigin;
     const int grid_hi = grid_lo + map.grid().size()[axis] - 1;
-    lo[axis] = std::max(reach_lo[axis] - 1, grid_lo);
-    const int hi = std::min(reach_hi[axis] + 1, grid_hi);
+    lo[axis] = std::max({reach_lo[axis] - 1, grid_lo, limit_lo[axis]});
+    const int hi = std::min({reach_hi[axis] + 1, grid_hi, limit_hi[axis]});
     if (lo[axis] > hi) {
       return false;
     }
@@ -83,43 +86,41 @@ WindowView ScanWindow::view(const LatticeKey& origin_key) {
   return view;
 }
 
-void ScanWindow::apply_to(OccupancyMap& map, IntegrationStats& stats) {
-  // Rows of 8 voxels, gathered into block masks layer by layer.
-  std::vector<BlockMask> masks(static_cast<std::size_t>(blocks_[0]));
-  std::vector<char> touched(masks.size());
-  for (int bz = 0; bz < blocks_[2]; ++bz) {
-    for (int by = 0; by < blocks_[1]; ++by) {
-      std::fill(touched.begin(), touched.end(), char{0});
-      for (std::size_t row = 0; row < 64; ++row) {
-        const std::size_t y = row % 8;
-        const std::size_t z = row / 8;
-        std::uint8_t* cells = cells_.data() + (bz * kBlock + static_cast<int>(z)) * stride_z_ +
-                              (by * kBlock + static_cast<int>(y)) * stride_y_;
-        for (std::size_t bx = 0; bx < masks.size(); ++bx, cells += kBlock) {
-          std::uint64_t bytes = 0;
-          std::memcpy(&bytes, cells, sizeof(bytes));
-          if (bytes == 0) {
-            continue;
-          }
-          if (touched[bx] == 0) {
-            masks[bx] = BlockMask{};
-            touched[bx] = 1;
-          }
-          masks[bx].miss[z] |= lowest_bits(bytes) << (8 * y);
-          masks[bx].hit[z] |= lowest_bits(bytes >> 1) << (8 * y);
-          std::memset(cells, 0, sizeof(bytes));
-        }
-      }
-      for (std::size_t bx = 0; bx < masks.size(); ++bx) {
-        const VoxelIndex block{first_block_[0] + static_cast<int>(bx), first_block_[1] + by, first_block_[2] + bz};
-        if (touched[bx] != 0 && in_table(map, block)) {  // the rim may lie outside
-          const OccupancyMap::ScanEffect effect = map.apply(block, masks[bx]);
-          stats.voxels_updated += effect.updated;
-          stats.voxels_changed += effect.changed;
-        }
-      }
+void ScanWindow::take(std::span<ScanWindow* const> windows, const OccupancyMap& map, int part, int parts,
+                      std::vector<BlockUpdate>& updates) {
+  const ScanWindow& shape = *windows.front();
+  const auto [blocks_x, blocks_y, blocks_z] = shape.blocks_;
+  const int rows = blocks_y * blocks_z;
+  for (int row = rows * part / parts; row < rows * (part + 1) / parts; ++row) {
+    const int by = row % blocks_y;
+    const int bz = row / blocks_y;
+    const std::ptrdiff_t first = bz * kBlock * shape.stride_z_ + by * kBlock * shape.stride_y_;
+    const VoxelIndex at{shape.first_block_[0], shape.first_block_[1] + by, shape.first_block_[2] + bz};
+    for (int bx = 0; bx < blocks_x; ++bx) {
+      BlockUpdate update{at + VoxelIndex{bx, 0, 0}, {}};
+      bool any = false;
+      for (ScanWindow* window : windows) any = window->take_block(first + bx * kBlock, update.mask) || any;
+      if (any && in_table(map, update.block)) updates.push_back(update);  // the rim may lie outside
     }
   }
+}
+
+/// Rows of 8 voxels become bytes of the masks.
+bool ScanWindow::take_block(std::ptrdiff_t corner, BlockMask& mask) {
+  bool any = false;
+  for (std::size_t z = 0; z < kBlock; ++z) {
+    std::uint8_t* cells = cells_.data() + corner + static_cast<std::ptrdiff_t>(z) * stride_z_;
+    for (std::size_t y = 0; y < kBlock; ++y, cells += stride_y_) {
+      std::uint64_t bytes = 0;
+      std::memcpy(&bytes, cells, sizeof(bytes));
+      if (bytes == 0) continue;
+      any = true;
+      mask.miss[z] |= lowest_bits(bytes) << (8 * y);
+      mask.hit[z] |= lowest_bits(bytes >> 1) << (8 * y);
+      std::memset(cells, 0, sizeof(bytes));
+    }
+  }
+  return any;
 }
 
 }  // namespace stairwell::mapping

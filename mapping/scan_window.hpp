@@ -4,12 +4,14 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace stairwell::mapping {
 
 class OccupancyMap;
-struct IntegrationStats;
+struct BlockMask;
+struct BlockUpdate;
 struct WindowView;
 
 /// OctoMap's key of the coordinate 0.
@@ -38,9 +40,9 @@ class ScanWindow {
   static constexpr std::uint8_t kMiss = 1;
   static constexpr std::uint8_t kHit = 2;
 
-  /// Lays the window over `reach`, one voxel wider on each side, clipped to the map's grid.
-  /// @return false if nothing of it lies in the grid.
-  bool open(const OccupancyMap& map, const LatticeBox& reach);
+  /// Lays the window over `reach`, one voxel wider on each side, clipped to the map's grid and to `limit`.
+  /// @return false if nothing is left of it.
+  bool open(const OccupancyMap& map, const LatticeBox& reach, const LatticeBox* limit = nullptr);
 
   bool covers(const LatticeKey& key) const {
     return static_cast<unsigned>(key.x - lo_.x) < size_[0] && static_cast<unsigned>(key.y - lo_.y) < size_[1] &&
@@ -72,10 +74,14 @@ class ScanWindow {
     }
   }
 
-  /// Updates the map block by block and clears the window.
-  void apply_to(OccupancyMap& map, IntegrationStats& stats);
+  /// Adds what the windows (at least one, all opened alike) say together about the `part`th of `parts` to `updates`, in
+  /// the order of blocks, and clears it.
+  static void take(std::span<ScanWindow* const> windows, const OccupancyMap& map, int part, int parts,
+                   std::vector<BlockUpdate>& updates);
 
  private:
+  bool take_block(std::ptrdiff_t corner, BlockMask& mask);
+
   LatticeKey lo_;  ///< covered voxels
   std::array<unsigned, 3> size_{};
   LatticeKey first_;                  ///< key of cells_[0]

@@ -5,10 +5,17 @@
 #include "core/units.hpp"
 #include "octomap_reference.hpp"
 
+#include <octomap/ScanGraph.h>
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
@@ -84,29 +91,106 @@ GridSpec wide_grid(double resolution_m) {
   return {{Eigen::Vector3d::Constant(-reach_m), Eigen::Vector3d::Constant(reach_m)}, resolution_m};
 }
 
+struct Candidate {
+  std::string name;
+  ScanIntegrator integrator;
+  OccupancyMap map;
+};
+
+/// One for every kind of instructions that the processor has, and some with threads.
+std::vector<Candidate> every_way(bool discretize, const std::optional<Aabb>& limit, const GridSpec& grid,
+                                 const OccupancyParams& params, bool many_threads) {
+  std::vector<Candidate> all;
+  const auto add = [&](Simd simd, int threads) {
+    if (!supported(simd)) return;
+    all.push_back({std::string(name_of(simd)) + " x " + std::to_string(threads),
+                   ScanIntegrator({.discretize = discretize, .threads = threads, .simd = simd, .limit = limit}),
+                   OccupancyMap(grid, params)});
+    all.back().map.detect_changes(true);
+  };
+  add(Simd::kScalar, 1);
+  add(Simd::kAvx2, 1);
+  add(Simd::kAvx512, 1);
+  add(Simd::kBest, 2);
+  if (many_threads) add(Simd::kBest, 5);
+  return all;
+}
+
+Aabb random_limit(Rng& rng) {
+  Aabb box;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    box.min_m[axis] = rng.uniform(-4.0, 0.5);
+    box.max_m[axis] = box.min_m[axis] + rng.uniform(0.3, 6.0);
+  }
+  return box;
+}
+
+void limit_tree(octomap::OcTree& tree, const Aabb& limit) {
+  octomap::point3d lo = octomap_point(limit.min_m.cast<float>());
+  octomap::point3d hi = octomap_point(limit.max_m.cast<float>());
+  tree.useBBXLimit(true);
+  tree.setBBXMin(lo);
+  tree.setBBXMax(hi);
+}
+
+/// Key and whether it was created.
+using ChangedKeys = std::map<std::array<int, 3>, bool>;
+
+ChangedKeys changed_keys(const octomap::OcTree& tree) {
+  ChangedKeys found;
+  for (auto it = tree.changedKeysBegin(); it != tree.changedKeysEnd(); ++it) {
+    found[{it->first[0], it->first[1], it->first[2]}] = it->second;
+  }
+  return found;
+}
+
+ChangedKeys changed_keys(const OccupancyMap& map) {
+  ChangedKeys found;
+  for (const auto& [voxel, created] : map.changes()) {
+    const std::array<int, 3>& first = map.grid().first_cell();
+    found[{voxel.x + first[0] + 32768, voxel.y + first[1] + 32768, voxel.z + first[2] + 32768}] = created;
+  }
+  return found;
+}
+
 }  // namespace
 
 TEST_CASE("integrated scans leave OctoMap's .ot file byte for byte", "[integrator]") {
+  // More than a thousand scans for each kind of instructions and for threads.
   const bool discretize = GENERATE(false, true);
   const double resolution_m = GENERATE(0.1, 0.05, 0.25, 0.37);
-  Rng rng = make_rng(7, discretize ? "discrete" : "exact");
-  for (int sequence = 0; sequence < 15; ++sequence) {
+  const bool limited = GENERATE(false, true);
+  Rng rng = make_rng(7, std::string(discretize ? "discrete" : "exact") + (limited ? " limited" : ""));
+  for (int sequence = 0; sequence < 12; ++sequence) {
     OccupancyParams params;
     if (sequence % 3 == 1) {
       params = {0.85, 0.3, 0.2, 0.9, 0.6};
     }
-    OccupancyMap map(wide_grid(resolution_m), params);
     octomap::OcTree tree(resolution_m);
     set_params(tree, params);
-    ScanIntegrator integrator({discretize});
+    tree.enableChangeDetection(true);
+    std::optional<Aabb> limit;
+    if (limited) {
+      limit = random_limit(rng);
+      limit_tree(tree, *limit);
+    }
+    std::vector<Candidate> candidates =
+        every_way(discretize, limit, wide_grid(resolution_m), params, sequence % 6 == 0);
     for (int i = 0; i < 6; ++i) {
       Scan scan = sequence % 2 == 0 ? random_scan(rng, 150) : lattice_scan(rng, 150, resolution_m);
       spoil(rng, scan);
-      const IntegrationStats stats = integrator.integrate(scan, map);
-      REQUIRE(stats.dropped_not_finite == 3);
       insert_scan(tree, scan, discretize);
-      if (i % 2 == 1) {
-        REQUIRE((ot_bytes(map.octree()) == ot_bytes(tree)));
+      for (Candidate& candidate : candidates) {
+        REQUIRE(candidate.integrator.integrate(scan, candidate.map).dropped_not_finite == 3);
+      }
+      if (i == 2) tree.resetChangeDetection();
+      for (Candidate& candidate : candidates) {
+        INFO(candidate.name << ", sequence " << sequence << ", scan " << i);
+        if (i == 2) candidate.map.forget_changes();
+        if (i % 2 == 1) {
+          REQUIRE((ot_bytes(candidate.map.octree()) == ot_bytes(tree)));
+          REQUIRE((changed_keys(candidate.map) == changed_keys(tree)));
+        }
       }
     }
   }
@@ -123,8 +207,8 @@ TEST_CASE("a map of a part of space gets the same values there", "[integrator]")
     const GridSpec grid({lo_m, lo_m + size_m}, resolution_m);
     OccupancyMap part(grid);
     OccupancyMap whole(wide_grid(resolution_m));
-    ScanIntegrator integrator({discretize});
-    ScanIntegrator whole_integrator({discretize});
+    ScanIntegrator integrator({.discretize = discretize});
+    ScanIntegrator whole_integrator({.discretize = discretize});
     for (int i = 0; i < 4; ++i) {
       const Scan scan = (round + i) % 2 == 0 ? random_scan(rng, 200) : lattice_scan(rng, 200, resolution_m);
       integrator.integrate(scan, part);
@@ -162,7 +246,7 @@ TEST_CASE("statistics count what was done", "[integrator]") {
 TEST_CASE("extreme numbers neither crash nor hang", "[integrator]") {
   const bool discretize = GENERATE(false, true);
   OccupancyMap map(GridSpec({Eigen::Vector3d::Constant(-1.0), Eigen::Vector3d::Constant(1.0)}, 0.1));
-  ScanIntegrator integrator({discretize});
+  ScanIntegrator integrator({.discretize = discretize});
   Scan scan;
   for (const double range_m : {-1.0, 0.0, 1e-30, 5.0, 1e30, static_cast<double>(INFINITY)}) {
     scan.max_range_m = range_m;
@@ -214,4 +298,48 @@ TEST_CASE("the ends of the key space and large worlds match OctoMap", "[integrat
     insert_scan(tree, scan, false);
     REQUIRE((ot_bytes(map.octree()) == ot_bytes(tree)));
   }
+}
+
+TEST_CASE("the public scan graph leaves OctoMap's map", "[integrator]") {
+  const std::filesystem::path file =
+      std::filesystem::path(STAIRWELL_SOURCE_DIR) / "../shared/data/octomap/spherical_scan.graph";
+  if (!std::filesystem::exists(file)) {
+    WARN("skipped: shared/data/octomap/spherical_scan.graph is not there");
+    return;
+  }
+  octomap::ScanGraph graph;
+  REQUIRE(graph.readBinary(file.string()));
+  const bool discretize = GENERATE(false, true);
+  constexpr double kResolution_m = 0.1;
+  std::vector<Scan> scans;
+  Aabb box;
+  for (const octomap::ScanNode* node : graph) {
+    Scan scan;
+    const Eigen::Quaterniond turn(node->pose.rot().u(), node->pose.rot().x(), node->pose.rot().y(),
+                                  node->pose.rot().z());
+    scan.T_world_sensor.linear() = turn.normalized().toRotationMatrix();
+    scan.T_world_sensor.translation() = Eigen::Vector3d(node->pose.x(), node->pose.y(), node->pose.z());
+    scan.max_range_m = -1.0;
+    for (const octomap::point3d& p : *node->scan) scan.points_m.emplace_back(p.x(), p.y(), p.z());
+    for (const Eigen::Vector3f& p : world_points_of(scan)) box.extend(p.cast<double>());
+    box.extend(scan.T_world_sensor.translation());
+    scans.push_back(scan);
+  }
+  REQUIRE(!scans.empty());
+  octomap::OcTree tree(kResolution_m);
+  for (const Scan& scan : scans) insert_scan(tree, scan, discretize);
+  const std::string expected = ot_bytes(tree);
+  for (Candidate& candidate :
+       every_way(discretize, std::nullopt, GridSpec(box.inflated(kResolution_m), kResolution_m), {}, true)) {
+    INFO(candidate.name);
+    candidate.map.detect_changes(false);
+    for (const Scan& scan : scans) candidate.integrator.integrate(scan, candidate.map);
+    CHECK((ot_bytes(candidate.map.octree()) == expected));
+  }
+}
+
+TEST_CASE("unusable integrators are refused", "[integrator]") {
+  CHECK_THROWS_AS(ScanIntegrator({.threads = 0}), InputError);
+  CHECK_THROWS_AS(ScanIntegrator({.threads = 1000}), InputError);
+  CHECK_THROWS_AS(ScanIntegrator({.limit = Aabb{Eigen::Vector3d::Constant(NAN), Eigen::Vector3d::Ones()}}), InputError);
 }

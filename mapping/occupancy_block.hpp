@@ -1,0 +1,59 @@
+/// The blocks that an OccupancyMap consists of.
+#pragma once
+
+#include "core/grid_spec.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+namespace stairwell::mapping {
+
+inline constexpr float kUnknownLogOdds = std::numeric_limits<float>::quiet_NaN();
+inline constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// A bit for each voxel of a block: bit `8 * y + x` of word `z`.
+using BlockBits = std::array<std::uint64_t, 8>;
+
+/// What happened to a block's voxels since changes were last forgotten.
+struct BlockChanges {
+  BlockBits created{};  ///< unknown before
+  BlockBits toggled{};  ///< known before, and the other way round now
+};
+
+struct Block {
+  std::array<float, 512> log_odds;
+  BlockBits known{};
+  BlockBits assumed{};
+  BlockBits hit{};
+  std::uint64_t revision = 0;
+  VoxelIndex at;                ///< block coordinates
+  std::uint32_t newer = kNone;  ///< neighbours in the list of changed blocks, oldest change first
+  std::uint32_t older = kNone;
+  bool listed = false;
+  bool dirty = false;
+  std::unique_ptr<BlockChanges> changes;  ///< only while changes are detected
+
+  Block() { log_odds.fill(kUnknownLogOdds); }
+};
+
+/// What an update of a block leaves to be done when no other thread is at work.
+struct BlockEffect {
+  std::size_t updated = 0;
+  std::size_t changed = 0;
+  std::size_t made_known = 0;
+  std::ptrdiff_t made_occupied = 0;
+  bool stored = false;  ///< some value is different
+  bool marked = false;  ///< some class, or ever-hit, is different
+
+  void add(const BlockEffect& other) {
+    updated += other.updated;
+    changed += other.changed;
+    made_known += other.made_known;
+    made_occupied += other.made_occupied;
+  }
+};
+
+}  // namespace stairwell::mapping
