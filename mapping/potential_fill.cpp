@@ -67,6 +67,12 @@ void for_each_obstacle(const ObstacleLattice& obstacles, const std::array<int, 3
   }
 }
 
+/// Those bits that have two set neighbours or are such a neighbour: runs of three and more.
+std::uint64_t in_runs(std::uint64_t mask) {
+  const std::uint64_t inner = mask & (mask << 1) & (mask >> 1);
+  return inner | (inner << 1) | (inner >> 1);
+}
+
 CellRange grown(int lo, int hi, int by, int size) { return {std::max(lo - by, 0), std::min(hi + by, size - 1)}; }
 
 /// Lattice cells whose centres lie between the two coordinates (world frame), ends excluded, cut to the lattice.
@@ -90,28 +96,66 @@ KernelTarget PotentialLayers::target(const VoxelBox& clip) {
 }
 
 /// Alg. 4.1, lines 9-14: each new obstacle cell adds its kernel once; one that is gone takes it away.
-/// For the nearest-obstacle form the cells in reach are only marked.
 void PotentialLayers::spread_changes(const ObstacleLattice& obstacles, const VoxelBox& kept) {
+  const std::span<const ObstacleLattice::Change> changes = obstacles.changes();
   const int reach = kernel_.reach_cells();
+  for (std::size_t first = 0; first < changes.size();) {
+    const int z = obstacles.first_cell(changes[first]).z;
+    std::size_t next = first + 1;
+    while (next < changes.size() && obstacles.first_cell(changes[next]).z == z) ++next;
+    if (z >= kept.lo.z - reach && z <= kept.hi.z + reach) {
+      for (const bool removed : {true, false}) {
+        spread_plane(obstacles, changes.subspan(first, next - first), removed, kept);
+      }
+    }
+    first = next;
+  }
+}
+
+/// Changes of one plane z = const: runs along x row by row, what is left in runs along y.
+void PotentialLayers::spread_plane(const ObstacleLattice& obstacles, std::span<const ObstacleLattice::Change> changes,
+                                   bool removed, const VoxelBox& kept) {
+  const int reach = kernel_.reach_cells();
+  const CellRange near_x{kept.lo.x - reach, kept.hi.x + reach};
+  const CellRange near_y{kept.lo.y - reach, kept.hi.y + reach};
   KernelTarget to = target(kept);
   to.touched = touched_.data();
+  ObstacleRows columns(1, near_x.hi - near_x.lo + 1, near_y.hi - near_y.lo + 1, columns_);
+  const int z = obstacles.first_cell(changes.front()).z;
+  bool any_left = false;
+  for (const ObstacleLattice::Change& change : changes) {
+    const VoxelIndex first = obstacles.first_cell(change);
+    if (first.y < near_y.lo || first.y > near_y.hi) continue;
+    const std::uint64_t mask = (removed ? change.removed : change.added) & bits_in(near_x, first.x);
+    const std::uint64_t runs = in_runs(mask);
+    spreader_.spread(kernel_, {z, first.y, first.x, runs}, removed, to);
+    for (std::uint64_t left = mask & ~runs; left != 0; left &= left - 1) {
+      columns.add(0, first.x + std::countr_zero(left) - near_x.lo, first.y - near_y.lo);
+      any_left = true;
+    }
+  }
+  if (!any_left) return;
+  columns.for_each([&](int, int x, int y, std::uint64_t mask) {
+    while (mask != 0) {
+      const int gap = std::countr_zero(mask);
+      const int run = std::countr_one(mask >> gap);
+      spreader_.spread_run(kernel_, z, near_y.lo + y + gap, run, near_x.lo + x, removed, to);
+      mask = gap + run < 64 ? mask >> (gap + run) << (gap + run) : 0;
+    }
+  });
+}
+
+/// Marks what lies in reach of changes.
+void PotentialLayers::touch_changes(const ObstacleLattice& obstacles, const VoxelBox& kept) {
+  const int reach = kernel_.reach_cells();
   for (const ObstacleLattice::Change& change : obstacles.changes()) {
     const VoxelIndex first = obstacles.first_cell(change);
-    const std::uint64_t near = bits_in({kept.lo.x - reach, kept.hi.x + reach}, first.x);
-    const std::uint64_t changed = (change.added | change.removed) & near;
-    const bool beside = first.y < kept.lo.y - reach || first.y > kept.hi.y + reach || first.z < kept.lo.z - reach ||
-                        first.z > kept.hi.z + reach;
-    if (changed == 0 || beside) continue;
-    if (form_ == RepulsionForm::kNearest) {
-      const int lo_x = first.x + std::countr_zero(changed);
-      const int hi_x = first.x + 63 - std::countl_zero(changed);
-      const VoxelBox box = intersection(
-          {{lo_x - reach, first.y - reach, first.z - reach}, {hi_x + reach, first.y + reach, first.z + reach}}, kept);
-      if (!is_empty(box)) touch(box);
-      continue;
-    }
-    spreader_.spread(kernel_, {first.z, first.y, first.x, change.removed & near}, true, to);
-    spreader_.spread(kernel_, {first.z, first.y, first.x, change.added & near}, false, to);
+    const std::uint64_t changed = change.added | change.removed;
+    const int lo_x = first.x + std::countr_zero(changed);
+    const int hi_x = first.x + 63 - std::countl_zero(changed);
+    const VoxelBox box = intersection(
+        {{lo_x - reach, first.y - reach, first.z - reach}, {hi_x + reach, first.y + reach, first.z + reach}}, kept);
+    if (!is_empty(box)) touch(box);
   }
 }
 
@@ -160,8 +204,7 @@ void PotentialLayers::sum_slab(const ObstacleLattice& obstacles, const VoxelBox&
   const KernelTarget row_sums = target_of(row_sums_, third, second);
   const KernelTarget column_sums = target_of(column_sums_, second, third);
   rows.for_each([&](int a, int b, int c, std::uint64_t mask) {
-    const std::uint64_t inner = mask & (mask << 1) & (mask >> 1);
-    const std::uint64_t runs = inner | (inner << 1) | (inner >> 1);
+    const std::uint64_t runs = in_runs(mask);
     spreader_.spread(kernel_, {a + shift[across], b + shift[third], c + shift[second], runs}, false, row_sums);
     for (std::uint64_t rest = mask & ~runs; rest != 0; rest &= rest - 1) columns.add(a, c + std::countr_zero(rest), b);
   });
@@ -242,6 +285,22 @@ VoxelBox PotentialLayers::reach_of(const PotentialBump& bump) const {
   return {{cells[0].lo, cells[1].lo, cells[2].lo}, {cells[0].hi, cells[1].hi, cells[2].hi}};
 }
 
+/// Calls visit(y, z, cells along x) for the rows of a box that a bump reaches.
+template <typename Visit>
+void PotentialLayers::for_each_row_in_reach(const PotentialBump& bump, const VoxelBox& box, const Visit& visit) const {
+  for (int z = box.lo.z; z <= box.hi.z; ++z) {
+    for (int y = box.lo.y; y <= box.hi.y; ++y) {
+      const Eigen::Vector3d offset_m = lattice_.center_of({box.lo.x, y, z}) - bump.center_m;
+      const double left = bump.reach_m * bump.reach_m - offset_m.z() * offset_m.z() - offset_m.y() * offset_m.y();
+      if (!(left > 0.0)) continue;
+      const double half_m = std::sqrt(left);
+      const CellRange ball = centers_between(lattice_, 0, bump.center_m.x() - half_m, bump.center_m.x() + half_m);
+      const CellRange cells{std::max(ball.lo, box.lo.x), std::min(ball.hi, box.hi.x)};
+      if (!cells.empty()) visit(y, z, cells);
+    }
+  }
+}
+
 /// The Gaussian as a product of one factor per axis.
 void PotentialLayers::add_bump(const PotentialBump& bump, const VoxelBox& within, std::vector<float>& layer) {
   const VoxelBox box = intersection(within, reach_of(bump));
@@ -257,44 +316,45 @@ void PotentialLayers::add_bump(const PotentialBump& bump, const VoxelBox& within
   factors(1, box.lo.y, box.hi.y);
   factors(2, box.lo.z, box.hi.z);
   const auto peak = static_cast<float>(bump.gain / (bump.sigma_m * std::sqrt(2.0 * kPi)));
-  for (int z = box.lo.z; z <= box.hi.z; ++z) {
-    for (int y = box.lo.y; y <= box.hi.y; ++y) {
-      const Eigen::Vector3d offset_m = lattice_.center_of({box.lo.x, y, z}) - bump.center_m;
-      const double left = bump.reach_m * bump.reach_m - offset_m.z() * offset_m.z() - offset_m.y() * offset_m.y();
-      if (!(left > 0.0)) continue;
-      const double half_m = std::sqrt(left);
-      const CellRange ball = centers_between(lattice_, 0, bump.center_m.x() - half_m, bump.center_m.x() + half_m);
-      const CellRange cells{std::max(ball.lo, box.lo.x), std::min(ball.hi, box.hi.x)};
-      if (cells.empty()) continue;
-      const float across =
-          peak * line_[2][static_cast<std::size_t>(z - box.lo.z)] * line_[1][static_cast<std::size_t>(y - box.lo.y)];
-      for_each_segment({{cells.lo, y, z}, {cells.hi, y, z}}, [&](int, int, int x, int count, std::size_t index) {
-        const float* along = line_[0].data() + (x - box.lo.x);
-        float* to = layer.data() + index;
-        for (int i = 0; i < count; ++i) to[i] += across * along[i];
-      });
-    }
-  }
+  for_each_row_in_reach(bump, box, [&](int row_y, int row_z, CellRange cells) {
+    const float across = peak * line_[2][static_cast<std::size_t>(row_z - box.lo.z)] *
+                         line_[1][static_cast<std::size_t>(row_y - box.lo.y)];
+    for_each_segment({{cells.lo, row_y, row_z}, {cells.hi, row_y, row_z}},
+                     [&](int, int, int x, int count, std::size_t index) {
+                       const float* along = line_[0].data() + (x - box.lo.x);
+                       float* to = layer.data() + index;
+                       for (int i = 0; i < count; ++i) to[i] += across * along[i];
+                     });
+  });
+}
+
+void PotentialLayers::touch(const PotentialBump& bump, const VoxelBox& within) {
+  const VoxelBox box = intersection(within, reach_of(bump));
+  for_each_row_in_reach(bump, box, [&](int y, int z, CellRange cells) { touch({{cells.lo, y, z}, {cells.hi, y, z}}); });
 }
 
 /// The total is never added to, only made anew: it cannot drift away from the layers.
-void PotentialLayers::sum_touched() {
+void PotentialLayers::sum_total(const VoxelBox& box) {
   const auto unit = static_cast<float>(kernel_.unit());
+  for_each_segment(box, [&](int, int, int, int count, std::size_t index) {
+    const std::int32_t* repulsive = repulsive_.data() + index;
+    const float* attractive = attractive_.data() + index;
+    const float* experience = experience_layer_.data() + index;
+    const float* mobile = mobile_layer_.data() + index;
+    float* total = total_.data() + index;
+    for (int i = 0; i < count; ++i) {
+      total[i] = ((attractive[i] + unit * static_cast<float>(repulsive[i])) + experience[i]) + mobile[i];
+    }
+  });
+}
+
+void PotentialLayers::sum_touched() {
   const VoxelBox all = window();
   for (int z = all.lo.z; z <= all.hi.z; ++z) {
     for (int y = all.lo.y; y <= all.hi.y; ++y) {
       CellRange& row = touched_[touched_row(y, z, size_)];
       if (row.empty()) continue;
-      for_each_segment({{row.lo, y, z}, {row.hi, y, z}}, [&](int, int, int, int count, std::size_t index) {
-        const std::int32_t* repulsive = repulsive_.data() + index;
-        const float* attractive = attractive_.data() + index;
-        const float* experience = experience_layer_.data() + index;
-        const float* mobile = mobile_layer_.data() + index;
-        float* total = total_.data() + index;
-        for (int i = 0; i < count; ++i) {
-          total[i] = ((attractive[i] + unit * static_cast<float>(repulsive[i])) + experience[i]) + mobile[i];
-        }
-      });
+      sum_total({{row.lo, y, z}, {row.hi, y, z}});
       row = {};
     }
   }

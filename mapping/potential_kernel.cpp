@@ -111,6 +111,43 @@ void add_many(const RepulsionKernel& kernel, const ObstacleRow& row, int first, 
            [=](int row_class) { return responses + response_length * static_cast<std::size_t>(row_class); });
 }
 
+STAIRWELL_SPREAD_CLONES
+void add_run(const RepulsionKernel& kernel, const ObstacleRow& row, int count, bool subtract, std::int32_t* sum,
+             const KernelTarget& target) {
+  const int last_b = row.b + count - 1;
+  for (int da = 0; da <= kernel.reach_cells(); ++da) {
+    const int below = row.a - da;
+    const int above = row.a + da;
+    const bool add_below = below >= target.a.clip.lo && below <= target.a.clip.hi;
+    const bool add_above = da > 0 && above >= target.a.clip.lo && above <= target.a.clip.hi;
+    if (!add_below && !add_above) continue;
+    const int width = kernel.width(da);
+    const int half = kernel.half(kernel.row_class(da, 0));
+    const CellRange cells{std::max(row.c - half, target.c.clip.lo), std::min(row.c + half, target.c.clip.hi)};
+    if (cells.empty()) continue;
+    std::fill(sum, sum + 2 * half + 1, 0);
+    const auto change = [&](int db, bool negative) {
+      if (db > width || db < -width) return;
+      const int row_class = kernel.row_class(da, std::abs(db));
+      const int here = kernel.half(row_class);
+      add(sum + half - here, kernel.row(row_class, negative), 2 * here + 1);
+    };
+    for (int b = row.b - width; b <= std::min(last_b + width, target.b.clip.hi); ++b) {
+      change(b - row.b, subtract);
+      change(b - 1 - last_b, !subtract);
+      if (b < target.b.clip.lo) continue;
+      const int at_b = wrapped(b, target.b.size);
+      for (const bool is_above : {false, true}) {
+        if (!(is_above ? add_above : add_below)) continue;
+        const int at_a = wrapped(is_above ? above : below, target.a.size);
+        add_to_row(target, target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
+                   sum + (cells.lo - (row.c - half)));
+        if (target.touched != nullptr) widen(target.touched[at_a * target.b.size + at_b], cells.lo, cells.hi);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 RepulsionKernel::RepulsionKernel(const PotentialConfig& config, double resolution_m) {
@@ -170,6 +207,7 @@ RepulsionKernel::RepulsionKernel(const PotentialConfig& config, double resolutio
 KernelSpreader::KernelSpreader(const RepulsionKernel& kernel)
     : response_length_(static_cast<std::size_t>(64 + 2 * kernel.reach_cells() + 1)),
       responses_(response_length_ * static_cast<std::size_t>(kernel.classes())),
+      run_sum_(static_cast<std::size_t>(2 * kernel.reach_cells() + 1)),
       made_for_(static_cast<std::size_t>(kernel.classes()), 0) {}
 
 void KernelSpreader::make_response(const RepulsionKernel& kernel, int row_class, std::uint64_t mask, bool subtract) {
@@ -215,6 +253,16 @@ void KernelSpreader::spread(const RepulsionKernel& kernel, const ObstacleRow& ro
   }
   prepare(kernel, row, subtract, target);
   add_many(kernel, row, first, last, responses_.data(), response_length_, target);
+}
+
+void KernelSpreader::spread_run(const RepulsionKernel& kernel, int a, int b, int count, int c, bool subtract,
+                                const KernelTarget& target) {
+  const ObstacleRow first{a, b, c, 1};
+  if (count == 1) {
+    add_single(kernel, first, 0, subtract, target);
+  } else {
+    add_run(kernel, first, count, subtract, run_sum_.data(), target);
+  }
 }
 
 }  // namespace stairwell::mapping

@@ -87,6 +87,11 @@ class KernelSpreader {
   /// Allocates nothing.
   void spread(const RepulsionKernel& kernel, const ObstacleRow& row, bool subtract, const KernelTarget& target);
 
+  /// The same for obstacles at (a, b, c), (a, b + 1, c), ... (a, b + count - 1, c): sums over the run are kept up from
+  /// row to row. @pre count >= 1
+  void spread_run(const RepulsionKernel& kernel, int a, int b, int count, int c, bool subtract,
+                  const KernelTarget& target);
+
  private:
   /// Makes the responses that the target needs: per class the sum of the kernel rows of all obstacles of the row,
   /// from (first obstacle - half) on.
@@ -95,6 +100,7 @@ class KernelSpreader {
 
   std::size_t response_length_;
   std::vector<std::int32_t> responses_;  ///< per class
+  std::vector<std::int32_t> run_sum_;    ///< one row
   std::vector<std::uint64_t> made_for_;  ///< per class: number of the row that its response belongs to
   std::uint64_t row_number_ = 0;
 };

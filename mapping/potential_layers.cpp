@@ -206,8 +206,10 @@ void PotentialLayers::update(const Inputs& inputs, const PotentialStep& step) {
 /// Alg. 4.1 on the cells that stay in the window.
 void PotentialLayers::update_kept(const Inputs& inputs, const VoxelBox& kept, bool goal_moved) {
   if (inputs.obstacles.revision() != seen_revision_) {
-    spread_changes(inputs.obstacles, kept);
-    if (form_ == RepulsionForm::kNearest) {
+    if (form_ == RepulsionForm::kSummed) {
+      spread_changes(inputs.obstacles, kept);
+    } else {
+      touch_changes(inputs.obstacles, kept);
       const VoxelBox all = window();
       for (int z = all.lo.z; z <= all.hi.z; ++z) {
         for (int y = all.lo.y; y <= all.hi.y; ++y) {
@@ -224,15 +226,15 @@ void PotentialLayers::update_kept(const Inputs& inputs, const VoxelBox& kept, bo
   }
   const auto rebuild = [&](const VoxelBox& reach) {
     const VoxelBox box = intersection(reach, kept);
-    if (is_empty(box)) return;
-    fill_mobile(box);
-    touch(box);
+    if (!is_empty(box)) fill_mobile(box);
   };
   for (std::size_t i = 0; i < std::max(mobile_.size(), last_mobile_.size()); ++i) {
     const bool before = i < last_mobile_.size();
     const bool after = i < mobile_.size();
     if (before && after) {
       if (same(last_mobile_[i], mobile_[i])) continue;
+      touch(last_mobile_[i], kept);
+      touch(mobile_[i], kept);
       const VoxelBox from = reach_of(last_mobile_[i]);
       const VoxelBox to = reach_of(mobile_[i]);
       const VoxelBox both = united(from, to);
@@ -243,7 +245,9 @@ void PotentialLayers::update_kept(const Inputs& inputs, const VoxelBox& kept, bo
         rebuild(to);
       }
     } else {
-      rebuild(reach_of(before ? last_mobile_[i] : mobile_[i]));
+      const PotentialBump& bump = before ? last_mobile_[i] : mobile_[i];
+      touch(bump, kept);
+      rebuild(reach_of(bump));
     }
   }
 }
@@ -273,12 +277,18 @@ void PotentialLayers::update_experience(const Inputs& inputs, const VoxelBox& ke
   }
 }
 
+/// In thin pieces, so that what is summed is still in the cache.
 void PotentialLayers::fill(const Inputs& inputs, const VoxelBox& box) {
+  constexpr int kPiece_cells = 4;
   fill_repulsive(inputs, box);
-  fill_attractive(box);
-  fill_experience(inputs.map, box);
-  fill_mobile(box);
-  touch(box);
+  VoxelBox piece = box;
+  for (piece.lo.z = box.lo.z; piece.lo.z <= box.hi.z; piece.lo.z += kPiece_cells) {
+    piece.hi.z = std::min(piece.lo.z + kPiece_cells - 1, box.hi.z);
+    fill_attractive(piece);
+    fill_experience(inputs.map, piece);
+    fill_mobile(piece);
+    sum_total(piece);
+  }
 }
 
 void PotentialLayers::touch(const VoxelBox& box) {

@@ -112,8 +112,11 @@ class PotentialLayers {
   void update_kept(const Inputs& inputs, const VoxelBox& kept, bool goal_moved);
   void update_experience(const Inputs& inputs, const VoxelBox& kept);
   void fill(const Inputs& inputs, const VoxelBox& box);
+  /// Notes cells whose total is to be summed anew.
   void touch(const VoxelBox& box);
+  void touch(const PotentialBump& bump, const VoxelBox& within);
   void sum_touched();
+  void sum_total(const VoxelBox& box);
 
   // Of these, each makes its layer anew in a box: what it writes to a cell does not depend on the box.
   void fill_repulsive(const Inputs& inputs, const VoxelBox& box);
@@ -123,10 +126,15 @@ class PotentialLayers {
 
   KernelTarget target(const VoxelBox& clip);
   void spread_changes(const ObstacleLattice& obstacles, const VoxelBox& kept);
+  void spread_plane(const ObstacleLattice& obstacles, std::span<const ObstacleLattice::Change> changes, bool removed,
+                    const VoxelBox& kept);
+  void touch_changes(const ObstacleLattice& obstacles, const VoxelBox& kept);
   void sum_slab(const ObstacleLattice& obstacles, const VoxelBox& box, std::size_t across);
   void read_nearest(const DistanceField& distances, const VoxelBox& box);
   void add_bump(const PotentialBump& bump, const VoxelBox& within, std::vector<float>& layer);
   VoxelBox reach_of(const PotentialBump& bump) const;
+  template <typename Visit>
+  void for_each_row_in_reach(const PotentialBump& bump, const VoxelBox& box, const Visit& visit) const;
 
   GridSpec lattice_;
   std::array<int, 3> size_;
