@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace stairwell::mapping {
 
@@ -132,6 +133,12 @@ void require_usable(const Pose& T_world_body) {
   }
 }
 
+void require_usable(const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) {
+  require_usable(T_world_from);
+  require_usable(T_world_to);
+  if (!(tolerance_m >= kSmallest_m)) throw InputError("collision query: the tolerance must be at least 1e-6 m");
+}
+
 int word_of(int cell) { return cell / OccupancyWords::kEdge; }
 
 }  // namespace
@@ -237,9 +244,37 @@ struct CollisionQuery {
     const double length = way.norm();
     const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
     if (at_pose(ball, from, identity)) return true;
-    if (length == 0.0) return false;
-    if (at_pose(ball, from + way, identity)) return true;
+    return length > 0.0 &&
+           (at_pose(ball, from + way, identity) || first_piece_that_hits(ball, from, way / length, length) < length);
+  }
+
+  double free_fraction(const BallBody& ball, const Pose& T_world_from, const Pose& T_world_to,
+                       double tolerance_m) const {
+    const Eigen::Vector3d from = cells(T_world_from.translation());
+    const Eigen::Vector3d way = cells(T_world_to.translation()) - from;
+    const double length = way.norm();
+    if (at_pose(ball, from, Eigen::Matrix3d::Identity())) return 0.0;
+    if (length == 0.0) return 1.0;
     const Eigen::Vector3d direction = way / length;
+    double free = first_piece_that_hits(ball, from, direction, length);
+    if (free >= length) return 1.0;
+    double hit = std::min(free + kPiece, length);
+    while (hit - free > tolerance_m * checker.per_m_) {
+      const double middle = 0.5 * (free + hit);
+      (capsule_hits(ball, from, direction, free, middle) ? hit : free) = middle;
+    }
+    return free / length;
+  }
+
+  bool capsule_hits(const BallBody& ball, const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double begin,
+                    double end) const {
+    return by_words(convex::Capsule(ball.radius, 0.5 * (end - begin), direction),
+                    from + 0.5 * (begin + end) * direction);
+  }
+
+  /// Where along the way the first piece that hits begins; infinity if none does.
+  double first_piece_that_hits(const BallBody& ball, const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                               double length) const {
     double gone = 0.0, end = length;
     clip_to_grid(from, direction, ball.radius, gone, end);
     while (gone < end) {
@@ -249,11 +284,10 @@ struct CollisionQuery {
         continue;
       }
       const double piece = std::min(kPiece, end - gone);
-      const Eigen::Vector3d middle = from + (gone + 0.5 * piece) * direction;
-      if (by_words(convex::Capsule(ball.radius, 0.5 * piece, direction), middle)) return true;
+      if (capsule_hits(ball, from, direction, gone, gone + piece)) return gone;
       gone += piece;
     }
-    return false;
+    return std::numeric_limits<double>::infinity();
   }
 
   /// Leaves [begin, end] of a line where a ball on it may reach into the grid.
@@ -301,7 +335,8 @@ struct CollisionQuery {
   };
 
   template <typename Shape>
-  bool swept(const Shape& shape, const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) const {
+  Motion<Shape> motion_of(const Shape& shape, const Pose& T_world_from, const Pose& T_world_to,
+                          double tolerance_m) const {
     Motion<Shape> motion{shape,
                          cells(T_world_from.translation()),
                          cells(T_world_to.translation()) - cells(T_world_from.translation()),
@@ -313,21 +348,52 @@ struct CollisionQuery {
                          T_world_from.linear() != T_world_to.linear()};
     const double angle_rad = motion.turns ? motion.q_world_from.angularDistance(motion.q_world_to) : 0.0;
     motion.farthest = motion.way.norm() + angle_rad * shape.outer();
+    return motion;
+  }
+
+  template <typename Shape>
+  bool swept(const Shape& shape, const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) const {
+    const Motion<Shape> motion = motion_of(shape, T_world_from, T_world_to, tolerance_m);
     return at_pose(shape, motion.from, T_world_from.linear()) ||
            at_pose(shape, motion.from + motion.way, T_world_to.linear()) || part_hits(motion, 0.0, 1.0);
+  }
+
+  template <typename Shape>
+  double free_fraction(const Shape& shape, const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) const {
+    const Motion<Shape> motion = motion_of(shape, T_world_from, T_world_to, tolerance_m);
+    return at_pose(shape, motion.from, T_world_from.linear()) ? 0.0 : free_until(motion, 0.0, 1.0);
   }
 
   /// All that the body covers in a part of the motion lies within the body at the part's middle, grown by half of how
   /// far its points move.
   template <typename Shape>
-  bool part_hits(const Motion<Shape>& motion, double begin, double end) const {
+  bool surely_free(const Motion<Shape>& motion, double begin, double end) const {
     const double middle = 0.5 * (begin + end);
-    const double reach = 0.5 * (end - begin) * motion.farthest;
-    const Eigen::Vector3d at = motion.from + middle * motion.way;
-    const Eigen::Matrix3d R_world_body = motion.rotation(middle);
-    if (!at_pose(motion.shape.grown(reach), at, R_world_body)) return false;
-    if (reach < motion.tolerance || at_pose(motion.shape, at, R_world_body)) return true;
-    return part_hits(motion, begin, middle) || part_hits(motion, middle, end);
+    return !at_pose(motion.shape.grown(0.5 * (end - begin) * motion.farthest), motion.from + middle * motion.way,
+                    motion.rotation(middle));
+  }
+  template <typename Shape>
+  static bool within_tolerance(const Motion<Shape>& motion, double begin, double end) {
+    return 0.5 * (end - begin) * motion.farthest < motion.tolerance;
+  }
+
+  template <typename Shape>
+  bool part_hits(const Motion<Shape>& motion, double begin, double end) const {
+    if (surely_free(motion, begin, end)) return false;
+    const double middle = 0.5 * (begin + end);
+    return within_tolerance(motion, begin, end) ||
+           at_pose(motion.shape, motion.from + middle * motion.way, motion.rotation(middle)) ||
+           part_hits(motion, begin, middle) || part_hits(motion, middle, end);
+  }
+
+  /// The end of the part if all of it is free, else where in it that can no longer be said.
+  template <typename Shape>
+  double free_until(const Motion<Shape>& motion, double begin, double end) const {
+    if (surely_free(motion, begin, end)) return end;
+    if (within_tolerance(motion, begin, end)) return begin;
+    const double middle = 0.5 * (begin + end);
+    const double first = free_until(motion, begin, middle);
+    return first < middle ? first : free_until(motion, middle, end);
   }
 
   static constexpr double kLeap = 1.0;   // cells; shorter leaps cost more than they save
@@ -357,13 +423,21 @@ bool CollisionChecker::collides(const Pose& T_world_body) const {
 }
 
 bool CollisionChecker::collides_between(const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) const {
-  require_usable(T_world_from);
-  require_usable(T_world_to);
-  if (!(tolerance_m >= kSmallest_m)) throw InputError("collision query: the tolerance must be at least 1e-6 m");
+  require_usable(T_world_from, T_world_to, tolerance_m);
   const CollisionQuery query{*this};
-  return std::visit(
-      [&](const auto& shape) { return query.swept(query.to_cells()(shape), T_world_from, T_world_to, tolerance_m); },
-      shape_);
+  const auto ask = [&](const auto& shape) {
+    return query.swept(query.to_cells()(shape), T_world_from, T_world_to, tolerance_m);
+  };
+  return std::visit(ask, shape_);
+}
+
+double CollisionChecker::free_fraction(const Pose& T_world_from, const Pose& T_world_to, double tolerance_m) const {
+  require_usable(T_world_from, T_world_to, tolerance_m);
+  const CollisionQuery query{*this};
+  const auto ask = [&](const auto& shape) {
+    return query.free_fraction(query.to_cells()(shape), T_world_from, T_world_to, tolerance_m);
+  };
+  return std::visit(ask, shape_);
 }
 
 }  // namespace stairwell::mapping

@@ -40,6 +40,9 @@ std::vector<std::string> problems(const CollisionShape& shape);
 /// The distance field settles the clear cases, the occupancy words the others. Both must have been brought up to date
 /// with the same map; the checker holds references to them. Queries may run in several threads at once while neither
 /// is updated. They allocate nothing.
+///
+/// Made to stand behind OMPL: a StateValidityChecker answers `!collides(pose)`, a MotionValidator
+/// `!collides_between(from, to)`, and its second form (last valid state) `free_fraction(from, to)`.
 class CollisionChecker {
  public:
   /// @throws InputError for an unusable shape, or where words and distance field differ in grid or kind of obstacle.
@@ -57,6 +60,11 @@ class CollisionChecker {
   /// obstacle at about that distance or less.
   /// @throws InputError for poses as above, or a tolerance that is not at least a micrometre.
   bool collides_between(const Pose& T_world_from, const Pose& T_world_to, double tolerance_m = 0.001) const;
+
+  /// How much of the same motion, from its start, touches nothing: 1 = all of it, 0 = the start collides. Never too
+  /// much; less by at most about `tolerance_m` of way, or for other shapes than spheres where one passes that near.
+  /// @throws InputError as above.
+  double free_fraction(const Pose& T_world_from, const Pose& T_world_to, double tolerance_m = 0.001) const;
 
  private:
   friend struct CollisionQuery;

@@ -323,6 +323,8 @@ TEST_CASE("poses and shapes that cannot be used are refused", "[collision]") {
     CHECK_THROWS_AS(checker.collides(turned), InputError);
     CHECK_THROWS_AS(checker.collides_between(fine, fine, 0.0), InputError);
     CHECK_THROWS_AS(checker.collides_between(fine, fine, nan), InputError);
+    CHECK_THROWS_AS(checker.free_fraction(turned, fine), InputError);
+    CHECK_THROWS_AS(checker.free_fraction(fine, fine, 0.0), InputError);
   }
   for (const double bad : {0.0, -0.3, 1e-7, nan, infinity}) {
     CHECK_THROWS_AS(views.checker(SphereShape{bad}), InputError);
@@ -427,4 +429,72 @@ TEST_CASE("motions of other shapes never miss a hit and hardly ever make one up"
   CHECK(hits > 100);
   CHECK(free > 100);
   CHECK(made_up < 20);
+}
+
+TEST_CASE("a thin ellipsoid's motions never miss a hit", "[collision][motion]") {
+  const OccupancyMap map = true_map();
+  const Views views(map, Obstacles::kOccupied);
+  Rng rng = make_rng(29, "collision thin");
+  std::size_t hits = 0;
+  for (int round = 0; round < 3000; ++round) {
+    Eigen::Vector3d semi_axes_m(0.03, 0.03, 0.03);
+    semi_axes_m[round % 3] = rng.uniform(0.3, 0.9);
+    const CollisionChecker checker = views.checker(EllipsoidShape{semi_axes_m});
+    const Pose from = random_pose(rng, map.grid().box().inflated(-0.4));
+    Pose to = random_pose(rng, map.grid().box().inflated(-0.4));
+    to.translation() = from.translation() + rng.uniform(0.0, 0.2) * (to.translation() - from.translation());
+    if (round % 2 == 0) to.linear() = from.linear();
+    if (checker.collides_between(from, to, 0.01)) continue;
+    const Eigen::Quaterniond q_from(from.linear()), q_to(to.linear());
+    for (int i = 0; i <= 300; ++i) {
+      Pose at = Pose::Identity();
+      at.translation() = from.translation() + i / 300.0 * (to.translation() - from.translation());
+      at.linear() = q_from.slerp(i / 300.0, q_to).toRotationMatrix();
+      hits += checker.collides(at) ? 1 : 0;
+    }
+  }
+  CHECK(hits == 0);
+}
+
+TEST_CASE("a motion is free up to where it first comes near something", "[collision][motion]") {
+  const OccupancyMap map = true_map();
+  const Views views(map, Obstacles::kBlocked);
+  Rng rng = make_rng(30, "collision fraction");
+  const double tolerance_m = 0.002;
+  std::size_t whole = 0, none = 0, part = 0;
+  for (int round = 0; round < 1200; ++round) {
+    const CollisionShape shape = random_shape(rng, round % 4, 0.3);
+    const CollisionChecker checker = views.checker(shape);
+    const Pose from = random_pose(rng, map.grid().box().inflated(-0.4));
+    Pose to = random_pose(rng, map.grid().box().inflated(-0.4));
+    if (round % 3 == 0) to.linear() = from.linear();
+    if (round % 50 == 1) to = from;
+    const auto at = [&](double u) {
+      Pose T_world_body = Pose::Identity();
+      T_world_body.translation() = from.translation() + u * (to.translation() - from.translation());
+      T_world_body.linear() =
+          Eigen::Quaterniond(from.linear()).slerp(u, Eigen::Quaterniond(to.linear())).toRotationMatrix();
+      return T_world_body;
+    };
+    INFO(described(shape, from) << "\nto\n" << to.matrix());
+    const double free = checker.free_fraction(from, to, tolerance_m);
+    REQUIRE(free >= 0.0);
+    REQUIRE(free <= 1.0);
+    const CollisionChecker roomy = views.checker(grown(shape, 4.0 * tolerance_m));
+    if (checker.collides(from)) REQUIRE(free == 0.0);
+    if (free == 0.0) REQUIRE(roomy.collides(from));
+    (free == 1.0 ? whole : free == 0.0 ? none : part) += 1;
+    for (int i = 0; i <= 400 && free > 0.0; ++i) REQUIRE_FALSE(checker.collides(at(free * i / 400.0)));
+    if (free == 1.0 || free == 0.0) continue;
+    // Just beyond, something is within reach of the tolerance (the part in which it lies, and the bounds' slack).
+    REQUIRE((roomy.collides(at(free)) || checker.collides(at(std::min(1.0, free + 1e-4)))));
+    if (shape.index() == 0) {
+      CHECK_FALSE(checker.collides_between(from, at(free)));
+      const double length_m = (to.translation() - from.translation()).norm();
+      CHECK(checker.collides_between(from, at(std::min(1.0, free + 1.01 * tolerance_m / length_m))));
+    }
+  }
+  CHECK(whole > 20);
+  CHECK(none > 100);
+  CHECK(part > 100);
 }
