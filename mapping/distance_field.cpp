@@ -1,9 +1,11 @@
 #include "mapping/distance_field.hpp"
 
 #include "core/errors.hpp"
+#include "mapping/distance_pass.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace stairwell::mapping {
@@ -13,19 +15,10 @@ namespace {
 constexpr int kMaxTruncation_cells = 127;  // sums of two squares fit into int16
 constexpr int kTile = 256;                 // cells a side that are recomputed at once
 
-struct Range {
-  int lo;
-  int hi;  ///< included
-  int count() const { return hi - lo + 1; }
-};
-
-Range grown(Range range, int by, int size) { return {std::max(range.lo - by, 0), std::min(range.hi + by, size - 1)}; }
-
 VoxelBox grown(const VoxelBox& box, int by, const std::array<int, 3>& size) {
-  const Range x = grown({box.lo.x, box.hi.x}, by, size[0]);
-  const Range y = grown({box.lo.y, box.hi.y}, by, size[1]);
-  const Range z = grown({box.lo.z, box.hi.z}, by, size[2]);
-  return {{x.lo, y.lo, z.lo}, {x.hi, y.hi, z.hi}};
+  return {{std::max(box.lo.x - by, 0), std::max(box.lo.y - by, 0), std::max(box.lo.z - by, 0)},
+          {std::min(box.hi.x + by, size[0] - 1), std::min(box.hi.y + by, size[1] - 1),
+           std::min(box.hi.z + by, size[2] - 1)}};
 }
 
 VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
@@ -51,33 +44,6 @@ void add_joined(std::vector<VoxelBox>& boxes, VoxelBox box) {
     }
   }
   boxes.push_back(box);
-}
-
-/// Squared distances along one row to its nearest obstacle, for cells out.lo..out.hi.
-void row_pass(const std::uint8_t* obstacle, Range in, Range out, int cap, std::int16_t* squared) {
-  int d = cap;
-  for (int x = in.lo; x <= out.hi; ++x) {
-    d = obstacle[x] != 0 ? 0 : std::min(d + 1, cap);
-    if (x >= out.lo) {
-      squared[x - out.lo] = static_cast<std::int16_t>(d);
-    }
-  }
-  d = cap;
-  for (int x = in.hi; x >= out.lo; --x) {
-    d = obstacle[x] != 0 ? 0 : std::min(d + 1, cap);
-    if (x <= out.hi) {
-      const int nearest = std::min(d, static_cast<int>(squared[x - out.lo]));
-      squared[x - out.lo] = static_cast<std::int16_t>(nearest * nearest);
-    }
-  }
-}
-
-/// out = min(out, in + add), element by element.
-void lower(std::int16_t* out, const std::int16_t* in, std::int16_t add, int count) {
-  for (int i = 0; i < count; ++i) {
-    const auto sum = static_cast<std::int16_t>(in[i] + add);
-    out[i] = sum < out[i] ? sum : out[i];
-  }
 }
 
 }  // namespace
@@ -150,62 +116,83 @@ void DistanceField::update(const OccupancyMap& map) {
   }
 }
 
-/// One pass per axis; each keeps squared distances to obstacles seen along the axes done so far
-/// (Felzenszwalb and Huttenlocher 2012, with the parabolas of the few cells in reach compared directly).
+/// One pass per axis; each keeps squared distances to obstacles seen along the axes done so far.
 void DistanceField::recompute(const VoxelBox& box) {
-  const std::array<int, 3>& size = grid_.size();
-  const VoxelBox around = grown(box, truncation_cells_, size);
-  const Range in_x{around.lo.x, around.hi.x}, in_y{around.lo.y, around.hi.y}, in_z{around.lo.z, around.hi.z};
-  const Range out_x{box.lo.x, box.hi.x}, out_y{box.lo.y, box.hi.y};
-  const int width = out_x.count();
-  const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
-  const auto row = [width](std::vector<std::int16_t>& data, int index) {
-    return data.data() + static_cast<std::ptrdiff_t>(index) * width;
+  const VoxelBox around = grown(box, truncation_cells_, grid_.size());
+  const Range in_y{around.lo.y, around.hi.y}, in_z{around.lo.z, around.hi.z};
+  const Range out_y{box.lo.y, box.hi.y};
+  const int pitch = padded_to_pass(box.hi.x - box.lo.x + 1);
+  const auto row = [pitch](std::vector<std::int16_t>& data, int index) {
+    return data.data() + static_cast<std::ptrdiff_t>(index) * pitch;
   };
+  const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
 
-  along_x_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(in_y.count()));
-  along_xy_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(out_y.count() * in_z.count()));
+  along_x_.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(in_y.count()));
+  along_xy_.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(out_y.count() * in_z.count()));
   for (int z = in_z.lo; z <= in_z.hi; ++z) {
+    bool any = false;
     for (int y = in_y.lo; y <= in_y.hi; ++y) {
-      row_pass(obstacle_.data() + grid_.linear({0, y, z}), in_x, out_x, truncation_cells_, row(along_x_, y - in_y.lo));
+      std::int16_t* const out = row(along_x_, y - in_y.lo);
+      if (read_row(box.lo.x, pitch, y, z)) {
+        parabola_pass(line_.data() + truncation_cells_, 1, truncation_cells_, truncation_cells_, out, pitch);
+        any = true;
+      } else {
+        std::fill(out, out + pitch, far);
+      }
     }
     for (int y = out_y.lo; y <= out_y.hi; ++y) {
-      std::int16_t* out = row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo);
-      std::fill(out, out + width, far);
-      for (int from = std::max(y - truncation_cells_, in_y.lo); from <= std::min(y + truncation_cells_, in_y.hi);
-           ++from) {
-        lower(out, row(along_x_, from - in_y.lo), static_cast<std::int16_t>((from - y) * (from - y)), width);
+      std::int16_t* const out = row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo);
+      if (any) {
+        parabola_pass(row(along_x_, y - in_y.lo), pitch, std::min(truncation_cells_, y - in_y.lo),
+                      std::min(truncation_cells_, in_y.hi - y), out, pitch);
+      } else {
+        std::fill(out, out + pitch, far);
       }
     }
   }
-  line_.resize(static_cast<std::size_t>(width));
+  line_.resize(static_cast<std::size_t>(pitch + 2 * truncation_cells_));
   for (int z = box.lo.z; z <= box.hi.z; ++z) {
     for (int y = out_y.lo; y <= out_y.hi; ++y) {
-      std::fill(line_.begin(), line_.end(), far);
-      for (int from = std::max(z - truncation_cells_, in_z.lo); from <= std::min(z + truncation_cells_, in_z.hi);
-           ++from) {
-        lower(line_.data(), row(along_xy_, (from - in_z.lo) * out_y.count() + y - out_y.lo),
-              static_cast<std::int16_t>((from - z) * (from - z)), width);
-      }
-      write_row(out_x.lo, y, z);
+      parabola_pass(row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo),
+                    static_cast<std::ptrdiff_t>(pitch) * out_y.count(), std::min(truncation_cells_, z - in_z.lo),
+                    std::min(truncation_cells_, in_z.hi - z), line_.data(), pitch);
+      write_row({box.lo.x, box.hi.x}, y, z);
     }
   }
 }
 
-/// For kBlocked the nearest cell outside the grid lies straight along some axis.
-void DistanceField::write_row(int first_x, int y, int z) {
-  const std::array<int, 3>& size = grid_.size();
-  std::uint16_t* out = squared_.data() + grid_.linear({first_x, y, z});
-  const int across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, truncation_cells_});
-  for (std::size_t i = 0; i < line_.size(); ++i) {
-    int nearest = line_[i];
-    if (obstacles_ == Obstacles::kBlocked) {
-      const int x = first_x + static_cast<int>(i);
-      const int border = std::min({x + 1, size[0] - x, across});
-      nearest = std::min(nearest, border * border);
-    }
-    out[i] = static_cast<std::uint16_t>(nearest);
+/// Fills `line_` with 0 at obstacles and the cap elsewhere, from `truncation_cells_` before `first_x` to as many after
+/// `first_x + count`. False if there is no obstacle.
+bool DistanceField::read_row(int first_x, int count, int y, int z) {
+  const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
+  const int begin = first_x - truncation_cells_;
+  line_.assign(static_cast<std::size_t>(count + 2 * truncation_cells_), far);
+  const int from = std::max(begin, 0);
+  const int to = std::min(first_x + count + truncation_cells_, grid_.size()[0]);
+  const std::uint8_t* const obstacle = obstacle_.data() + grid_.linear({0, y, z});
+  if (std::memchr(obstacle + from, 1, static_cast<std::size_t>(to - from)) == nullptr) return false;
+  for (int x = from; x < to; ++x) {
+    line_[static_cast<std::size_t>(x - begin)] = obstacle[x] != 0 ? std::int16_t{0} : far;
   }
+  return true;
+}
+
+/// For kBlocked the nearest cell outside the grid lies straight along some axis.
+void DistanceField::write_row(const Range& x, int y, int z) {
+  const std::array<int, 3>& size = grid_.size();
+  std::uint16_t* const out = squared_.data() + grid_.linear({0, y, z});
+  int across = truncation_cells_;
+  if (obstacles_ == Obstacles::kBlocked) across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, across});
+  const auto cap = static_cast<std::int16_t>(across * across);
+  const std::int16_t* const line = line_.data() - x.lo;
+  for (int i = x.lo; i <= x.hi; ++i) out[i] = static_cast<std::uint16_t>(std::min(line[i], cap));
+  if (obstacles_ != Obstacles::kBlocked) return;
+  const auto at_border = [&](int i) {
+    const int border = std::min(i + 1, size[0] - i);
+    out[i] = std::min(out[i], static_cast<std::uint16_t>(border * border));
+  };
+  for (int i = x.lo; i <= std::min(x.hi, truncation_cells_); ++i) at_border(i);
+  for (int i = std::max(x.lo, size[0] - truncation_cells_); i <= x.hi; ++i) at_border(i);
 }
 
 int min_squared_cells_for(double radius_m, double resolution_m) {

@@ -34,10 +34,16 @@ class DistanceField {
   const std::vector<std::uint16_t>& data() const { return squared_; }
 
  private:
+  struct Range {
+    int lo;
+    int hi;  ///< included
+    int count() const { return hi - lo + 1; }
+  };
   /// Re-reads a block; true, and the box of the voxels that changed, if any did.
   bool read_obstacles(const OccupancyMap& map, const VoxelBox& box, VoxelBox& changed);
   void recompute(const VoxelBox& box);
-  void write_row(int first_x, int y, int z);
+  bool read_row(int first_x, int count, int y, int z);
+  void write_row(const Range& x, int y, int z);
 
   GridSpec grid_;
   double truncation_m_ = 0.0;
