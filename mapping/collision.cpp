@@ -189,7 +189,7 @@ struct CollisionQuery {
       squared_off += off * off;
     }
     const int cap = checker.distance_->truncation_cells();
-    const int squared = checker.distance_->data()[checker.words_->grid().linear({v[0], v[1], v[2]})];
+    const int squared = checker.distance_->squared_cells({v[0], v[1], v[2]});
     if (squared == 0) return Word::kHit;
     const double between_centers = std::sqrt(static_cast<double>(squared));
     const double off_center = std::sqrt(squared_off);
