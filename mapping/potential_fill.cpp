@@ -91,58 +91,49 @@ KernelTarget PotentialLayers::target(const VoxelBox& clip) {
   return {repulsive_.data(),
           {{clip.lo.z, clip.hi.z}, size_[2], nx * size_[1]},
           {{clip.lo.y, clip.hi.y}, size_[1], nx},
-          {{clip.lo.x, clip.hi.x}, size_[0], 1},
-          nullptr};
+          {{clip.lo.x, clip.hi.x}, size_[0], 1}};
 }
 
-/// Alg. 4.1, lines 9-14: each new obstacle cell adds its kernel once; one that is gone takes it away.
+/// Alg. 4.1, lines 9-14: each new obstacle cell adds its kernel once; one that is gone takes it away. Runs along x
+/// share their work, and so do runs along z (walls) of what is left.
 void PotentialLayers::spread_changes(const ObstacleLattice& obstacles, const VoxelBox& kept) {
-  const std::span<const ObstacleLattice::Change> changes = obstacles.changes();
   const int reach = kernel_.reach_cells();
-  for (std::size_t first = 0; first < changes.size();) {
-    const int z = obstacles.first_cell(changes[first]).z;
-    std::size_t next = first + 1;
-    while (next < changes.size() && obstacles.first_cell(changes[next]).z == z) ++next;
-    if (z >= kept.lo.z - reach && z <= kept.hi.z + reach) {
-      for (const bool removed : {true, false}) {
-        spread_plane(obstacles, changes.subspan(first, next - first), removed, kept);
-      }
-    }
-    first = next;
-  }
-}
-
-/// Changes of one plane z = const: runs along x row by row, what is left in runs along y.
-void PotentialLayers::spread_plane(const ObstacleLattice& obstacles, std::span<const ObstacleLattice::Change> changes,
-                                   bool removed, const VoxelBox& kept) {
-  const int reach = kernel_.reach_cells();
-  const CellRange near_x{kept.lo.x - reach, kept.hi.x + reach};
-  const CellRange near_y{kept.lo.y - reach, kept.hi.y + reach};
+  const VoxelBox near{kept.lo - VoxelIndex{reach, reach, reach}, kept.hi + VoxelIndex{reach, reach, reach}};
   KernelTarget to = target(kept);
   to.touched = touched_.data();
-  ObstacleRows columns(1, near_x.hi - near_x.lo + 1, near_y.hi - near_y.lo + 1, columns_);
-  const int z = obstacles.first_cell(changes.front()).z;
-  bool any_left = false;
-  for (const ObstacleLattice::Change& change : changes) {
-    const VoxelIndex first = obstacles.first_cell(change);
-    if (first.y < near_y.lo || first.y > near_y.hi) continue;
-    const std::uint64_t mask = (removed ? change.removed : change.added) & bits_in(near_x, first.x);
-    const std::uint64_t runs = in_runs(mask);
-    spreader_.spread(kernel_, {z, first.y, first.x, runs}, removed, to);
-    for (std::uint64_t left = mask & ~runs; left != 0; left &= left - 1) {
-      columns.add(0, first.x + std::countr_zero(left) - near_x.lo, first.y - near_y.lo);
-      any_left = true;
+  to.touched_a = size_[1];
+  to.touched_b = 1;
+  for (const bool removed : {true, false}) {
+    singles_.clear();
+    for (const ObstacleLattice::Change& change : obstacles.changes()) {
+      const VoxelIndex first = obstacles.first_cell(change);
+      if (first.y < near.lo.y || first.y > near.hi.y || first.z < near.lo.z || first.z > near.hi.z) continue;
+      const std::uint64_t mask = (removed ? change.removed : change.added) & bits_in({near.lo.x, near.hi.x}, first.x);
+      const std::uint64_t runs = in_runs(mask);
+      spreader_.spread(kernel_, {first.z, first.y, first.x, runs}, removed, to);
+      for (std::uint64_t left = mask & ~runs; left != 0; left &= left - 1) {
+        if (singles_.size() == kMaxSingles) spread_singles(removed, to);
+        singles_.push_back({first.x + std::countr_zero(left), first.y, first.z});
+      }
     }
+    spread_singles(removed, to);
   }
-  if (!any_left) return;
-  columns.for_each([&](int, int x, int y, std::uint64_t mask) {
-    while (mask != 0) {
-      const int gap = std::countr_zero(mask);
-      const int run = std::countr_one(mask >> gap);
-      spreader_.spread_run(kernel_, z, near_y.lo + y + gap, run, near_x.lo + x, removed, to);
-      mask = gap + run < 64 ? mask >> (gap + run) << (gap + run) : 0;
-    }
+}
+
+void PotentialLayers::spread_singles(bool removed, const KernelTarget& to) {
+  KernelTarget upright = to;  // runs go along the second axis
+  std::swap(upright.a, upright.b);
+  std::swap(upright.touched_a, upright.touched_b);
+  std::sort(singles_.begin(), singles_.end(), [](const VoxelIndex& a, const VoxelIndex& b) {
+    return a.y != b.y ? a.y < b.y : (a.x != b.x ? a.x < b.x : a.z < b.z);
   });
+  for (std::size_t i = 0; i < singles_.size();) {
+    const VoxelIndex first = singles_[i];
+    int run = 1;
+    while (++i < singles_.size() && singles_[i] == first + VoxelIndex{0, 0, run}) ++run;
+    spreader_.spread_run(kernel_, first.y, first.z, run, first.x, removed, upright);
+  }
+  singles_.clear();
 }
 
 /// Marks what lies in reach of changes.
@@ -198,8 +189,7 @@ void PotentialLayers::sum_slab(const ObstacleLattice& obstacles, const VoxelBox&
     return KernelTarget{sums.data(),
                         {{0, cells[across] - 1}, cells[across], static_cast<std::ptrdiff_t>(cells[b]) * cells[c]},
                         {{0, cells[b] - 1}, cells[b], cells[c]},
-                        {{0, cells[c] - 1}, cells[c], 1},
-                        nullptr};
+                        {{0, cells[c] - 1}, cells[c], 1}};
   };
   const KernelTarget row_sums = target_of(row_sums_, third, second);
   const KernelTarget column_sums = target_of(column_sums_, second, third);

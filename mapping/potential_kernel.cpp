@@ -25,18 +25,47 @@ inline void add(std::int32_t* to, const std::int32_t* from, int count) {
   for (int i = 0; i < count; ++i) to[i] += from[i];
 }
 
+/// Eight cells at once. Unaligned.
+using Eight = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));
+
+inline void add_eights(std::int32_t* to, const std::int32_t* from, int count) {
+  for (int i = 0; i < count; i += 8) *reinterpret_cast<Eight*>(to + i) += *reinterpret_cast<const Eight*>(from + i);
+}
+
 inline void widen(CellRange& range, int lo, int hi) {
   range = range.empty() ? CellRange{lo, hi} : CellRange{std::min(range.lo, lo), std::max(range.hi, hi)};
 }
 
-/// Adds from[0..] to the target's row (a, b), cells clip.lo to clip.hi.
-inline void add_to_row(const KernelTarget& target, std::int32_t* row, CellRange cells, const std::int32_t* from) {
-  const int at = wrapped(cells.lo, target.c.size);
-  const int count = cells.hi - cells.lo + 1;
-  const int before_wrap = std::min(count, target.c.size - at);
-  add(row + at, from, before_wrap);
-  if (before_wrap < count) add(row, from + before_wrap, count - before_wrap);
-}
+/// Where cells along c lie in the target's rows.
+class AlongRow {
+ public:
+  explicit AlongRow(const KernelTarget::Axis& c)
+      : clip_(c.clip), size_(c.size), first_(c.clip.empty() ? 0 : wrapped(c.clip.lo, c.size)) {}
+
+  CellRange clipped(int lo, int hi) const { return {std::max(lo, clip_.lo), std::min(hi, clip_.hi)}; }
+
+  /// row[cells] += from[0..]. @pre cells lie within the clip
+  /// @param padded so many values of `from` may be added: zeros after those of the cells
+  void add_to(std::int32_t* row, CellRange cells, const std::int32_t* from, int padded) const {
+    int at = first_ + (cells.lo - clip_.lo);
+    if (at >= size_) at -= size_;
+    const int count = cells.hi - cells.lo + 1;
+    if (count <= padded && at + padded <= size_) {
+      add_eights(row + at, from, padded);
+      return;
+    }
+    const int before_wrap = std::min(count, size_ - at);
+    add(row + at, from, before_wrap);
+    if (before_wrap < count) add(row, from + before_wrap, count - before_wrap);
+  }
+
+ private:
+  CellRange clip_;
+  int size_;
+  int first_;
+};
+
+inline int to_eights(int count) { return (count + 7) / 8 * 8; }
 
 STAIRWELL_SPREAD_CLONES
 void sum_long_runs(std::uint64_t mask, const std::int32_t* row, int length, int count, std::int32_t* out) {
@@ -76,6 +105,7 @@ template <typename Source>
 __attribute__((always_inline)) inline void add_rows(const RepulsionKernel& kernel, const ObstacleRow& row, int first,
                                                     int last, const KernelTarget& target, const Source& source) {
   const int reach = kernel.reach_cells();
+  const AlongRow along(target.c);
   const CellRange across_a{std::max(row.a - reach, target.a.clip.lo), std::min(row.a + reach, target.a.clip.hi)};
   for (int a = across_a.lo; a <= across_a.hi; ++a) {
     const int da = std::abs(a - row.a);
@@ -89,11 +119,14 @@ __attribute__((always_inline)) inline void add_rows(const RepulsionKernel& kerne
       const int row_class = kernel.row_class(da, std::abs(b - row.b));
       const int half = kernel.half(row_class);
       const int from = row.c + first - half;
-      const CellRange cells{std::max(from, target.c.clip.lo), std::min(row.c + last + half, target.c.clip.hi)};
+      const int to = row.c + last + half;
+      const CellRange cells = along.clipped(from, to);
       if (cells.empty()) continue;
-      add_to_row(target, target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
-                 source(row_class) + (cells.lo - from));
-      if (target.touched != nullptr) widen(target.touched[at_a * target.b.size + at_b], cells.lo, cells.hi);
+      const int padded = cells.lo == from && cells.hi == to ? to_eights(to - from + 1) : 0;
+      along.add_to(target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
+                   source(row_class) + (cells.lo - from), padded);
+      if (target.touched != nullptr)
+        widen(target.touched[at_a * target.touched_a + at_b * target.touched_b], cells.lo, cells.hi);
     }
   }
 }
@@ -115,6 +148,7 @@ STAIRWELL_SPREAD_CLONES
 void add_run(const RepulsionKernel& kernel, const ObstacleRow& row, int count, bool subtract, std::int32_t* sum,
              const KernelTarget& target) {
   const int last_b = row.b + count - 1;
+  const AlongRow along(target.c);
   for (int da = 0; da <= kernel.reach_cells(); ++da) {
     const int below = row.a - da;
     const int above = row.a + da;
@@ -123,9 +157,11 @@ void add_run(const RepulsionKernel& kernel, const ObstacleRow& row, int count, b
     if (!add_below && !add_above) continue;
     const int width = kernel.width(da);
     const int half = kernel.half(kernel.row_class(da, 0));
-    const CellRange cells{std::max(row.c - half, target.c.clip.lo), std::min(row.c + half, target.c.clip.hi)};
+    const CellRange cells = along.clipped(row.c - half, row.c + half);
     if (cells.empty()) continue;
-    std::fill(sum, sum + 2 * half + 1, 0);
+    const int length = to_eights(2 * half + 1);
+    const int padded = cells.hi - cells.lo == 2 * half ? length : 0;
+    std::fill(sum, sum + length, 0);
     const auto change = [&](int db, bool negative) {
       if (db > width || db < -width) return;
       const int row_class = kernel.row_class(da, std::abs(db));
@@ -140,9 +176,10 @@ void add_run(const RepulsionKernel& kernel, const ObstacleRow& row, int count, b
       for (const bool is_above : {false, true}) {
         if (!(is_above ? add_above : add_below)) continue;
         const int at_a = wrapped(is_above ? above : below, target.a.size);
-        add_to_row(target, target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
-                   sum + (cells.lo - (row.c - half)));
-        if (target.touched != nullptr) widen(target.touched[at_a * target.b.size + at_b], cells.lo, cells.hi);
+        along.add_to(target.cells + at_a * target.a.stride + at_b * target.b.stride, cells,
+                     sum + (cells.lo - (row.c - half)), padded);
+        if (target.touched != nullptr)
+          widen(target.touched[at_a * target.touched_a + at_b * target.touched_b], cells.lo, cells.hi);
       }
     }
   }
@@ -193,9 +230,9 @@ RepulsionKernel::RepulsionKernel(const PotentialConfig& config, double resolutio
         half_.push_back(0);
         while (in_reach(squared + (half_.back() + 1) * (half_.back() + 1))) ++half_.back();
         for (const int sign : {1, -1}) {
-          for (int c = 0; c <= 2 * reach_; ++c) {  // from -half on; the rest is not read
+          for (int c = 0; c < static_cast<int>(row_length()); ++c) {
             const int along = c - half_.back();
-            rows_.push_back(sign * of_squared(squared + along * along));
+            rows_.push_back(along <= half_.back() ? sign * of_squared(squared + along * along) : 0);
           }
         }
       }
@@ -205,16 +242,16 @@ RepulsionKernel::RepulsionKernel(const PotentialConfig& config, double resolutio
 }
 
 KernelSpreader::KernelSpreader(const RepulsionKernel& kernel)
-    : response_length_(static_cast<std::size_t>(64 + 2 * kernel.reach_cells() + 1)),
+    : response_length_(static_cast<std::size_t>(to_eights(64 + 2 * kernel.reach_cells() + 1))),
       responses_(response_length_ * static_cast<std::size_t>(kernel.classes())),
-      run_sum_(static_cast<std::size_t>(2 * kernel.reach_cells() + 1)),
+      run_sum_(static_cast<std::size_t>(to_eights(2 * kernel.reach_cells() + 1))),
       made_for_(static_cast<std::size_t>(kernel.classes()), 0) {}
 
 void KernelSpreader::make_response(const RepulsionKernel& kernel, int row_class, std::uint64_t mask, bool subtract) {
   std::int32_t* out = responses_.data() + response_length_ * static_cast<std::size_t>(row_class);
   const int length = 2 * kernel.half(row_class) + 1;
-  const int count = 64 - std::countl_zero(mask) + length;  // one more than is read: ends of runs are noted there
-  std::fill(out, out + count, 0);
+  const int count = 64 - std::countl_zero(mask) + length;  // one more than the sum: ends of runs are noted there
+  std::fill(out, out + to_eights(count), 0);
   const std::int32_t* row = kernel.row(row_class, subtract);
   if (has_long_run(mask)) {
     sum_long_runs(mask, row, length, count, out);

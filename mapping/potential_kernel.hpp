@@ -41,14 +41,14 @@ class RepulsionKernel {
   /// Largest b in reach beside a. @pre 0 <= a <= reach_cells()
   int width(int a) const { return width_[static_cast<std::size_t>(a)]; }
   int classes() const { return static_cast<int>(half_.size()); }
-  /// The row runs from -half to half.
+  /// The row runs from -half to half; zeros follow up to a multiple of 8 cells.
   int half(int row_class) const { return half_[static_cast<std::size_t>(row_class)]; }
   const std::int32_t* row(int row_class, bool negative) const {
     return rows_.data() + (static_cast<std::size_t>(row_class) * 2 + (negative ? 1 : 0)) * row_length();
   }
 
  private:
-  std::size_t row_length() const { return static_cast<std::size_t>(2 * reach_ + 1); }
+  std::size_t row_length() const { return static_cast<std::size_t>(2 * reach_ + 8) / 8 * 8; }
 
   int reach_ = 0;
   double unit_ = 1.0;
@@ -67,7 +67,10 @@ struct KernelTarget {
   };
   std::int32_t* cells = nullptr;
   Axis a, b, c;
-  CellRange* touched = nullptr;  ///< per row, index (a mod size) * b.size + b mod size, widened by what is added to
+  /// Per row, widened by what is added to: index (a mod size) * touched_a + (b mod size) * touched_b.
+  CellRange* touched = nullptr;
+  int touched_a = 0;
+  int touched_b = 0;
 };
 
 /// Up to 64 obstacle cells in one row.

@@ -87,6 +87,7 @@ PotentialLayers::PotentialLayers(const GridSpec& lattice, const std::array<int, 
   rows_.assign(rows, 0);
   columns_.assign(rows, 0);
   for (std::size_t axis = 0; axis < 3; ++axis) line_[axis].assign(static_cast<std::size_t>(size_[axis]), 0.0F);
+  singles_.reserve(kMaxSingles);
   mobile_.reserve(kMaxMobile);
   last_mobile_.reserve(kMaxMobile);
 }

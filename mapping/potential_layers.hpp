@@ -126,8 +126,7 @@ class PotentialLayers {
 
   KernelTarget target(const VoxelBox& clip);
   void spread_changes(const ObstacleLattice& obstacles, const VoxelBox& kept);
-  void spread_plane(const ObstacleLattice& obstacles, std::span<const ObstacleLattice::Change> changes, bool removed,
-                    const VoxelBox& kept);
+  void spread_singles(bool removed, const KernelTarget& to);
   void touch_changes(const ObstacleLattice& obstacles, const VoxelBox& kept);
   void sum_slab(const ObstacleLattice& obstacles, const VoxelBox& box, std::size_t across);
   void read_nearest(const DistanceField& distances, const VoxelBox& box);
@@ -158,6 +157,7 @@ class PotentialLayers {
   std::array<std::vector<float>, 3> line_;            ///< scratch: one value per cell along each axis
   std::vector<std::int32_t> row_sums_, column_sums_;  ///< scratch: a slab
   std::vector<std::uint64_t> rows_, columns_;         ///< scratch: the obstacles in reach of it
+  std::vector<VoxelIndex> singles_;                   ///< scratch: changed obstacles without neighbours along x
 };
 
 /// Both ends included; empty where lo > hi along some axis.

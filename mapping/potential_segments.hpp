@@ -8,6 +8,9 @@ namespace stairwell::mapping {
 /// Repulsion is summed in slabs of at most so many cells.
 inline constexpr int kSlab_cells = 8;
 
+/// Changed obstacles are gathered in batches of so many.
+inline constexpr std::size_t kMaxSingles = 4096;
+
 /// Number of the storage's row for a lattice row.
 inline std::size_t touched_row(int y, int z, const std::array<int, 3>& size) {
   return static_cast<std::size_t>(wrapped(z, size[2])) * static_cast<std::size_t>(size[1]) +
