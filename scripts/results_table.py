@@ -11,7 +11,8 @@ HEAD = """# Results
 Six own worlds in both modes with four UAVs, and two buildings of published explorers. Made by `scripts/results.sh` (with
 `DATA=DIR` for the latter) and the release preset, two runs side by side, planning time not charged; every run folder keeps its
 configuration and seed. Coverage is observed over explorable volume (see [metrics.md](metrics.md)); times are simulated
-seconds; "wall" is how long the computer took, on two cores.
+seconds. "plan" and "wall" are what the computer took, on two cores with other programs at work on them: only they change
+when the table is made again.
 
 """
 COLUMNS = [
