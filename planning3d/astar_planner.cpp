@@ -1,5 +1,7 @@
 #include "planning3d/astar_planner.hpp"
 
+#include "planning3d/grid_moves.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,28 +11,7 @@ namespace stairwell::planning3d {
 namespace {
 
 constexpr double kSnap_m = 0.3;
-constexpr std::uint8_t kNoMove = 26;
-
-struct Move {
-  int x, y, z;
-  float length;  // in voxels
-};
-
-std::array<Move, 26> make_moves() {
-  std::array<Move, 26> moves{};
-  std::size_t n = 0;
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        if (x == 0 && y == 0 && z == 0) continue;
-        moves[n++] = {x, y, z, std::sqrt(static_cast<float>(x * x + y * y + z * z))};
-      }
-    }
-  }
-  return moves;
-}
-
-const std::array<Move, 26> kMoves = make_moves();
+constexpr std::uint8_t kNoMove = kGridMoves.size();
 
 bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
@@ -96,10 +77,10 @@ PlanStatus AstarPlanner::search(Search& search) {
   const auto& squared = search.space.blocked_distance().data();
   const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
   const auto last = static_cast<std::uint32_t>(grid_.linear(search.goal));
-  std::array<std::ptrdiff_t, 26> offsets{};
-  for (std::size_t m = 0; m < kMoves.size(); ++m) {
-    offsets[m] =
-        kMoves[m].x + grid_.size()[0] * (kMoves[m].y + static_cast<std::ptrdiff_t>(grid_.size()[1]) * kMoves[m].z);
+  std::array<std::ptrdiff_t, kGridMoves.size()> offsets{};
+  for (std::size_t m = 0; m < kGridMoves.size(); ++m) {
+    offsets[m] = kGridMoves[m].x +
+                 grid_.size()[0] * (kGridMoves[m].y + static_cast<std::ptrdiff_t>(grid_.size()[1]) * kGridMoves[m].z);
   }
   nodes_[first] = {0.0F, stamp_, kNoMove, false};
   open_.push_back({weight * search.heuristic(search.start), 0.0F, first});
@@ -116,8 +97,8 @@ PlanStatus AstarPlanner::search(Search& search) {
     const bool level = level_[static_cast<std::size_t>(v.z)] != 0;
     const float near = nearness_[squared[best.cell]];
     const bool roomy = search.check.roomy(v);
-    for (std::size_t m = 0; m < kMoves.size(); ++m) {
-      const Move& move = kMoves[m];
+    for (std::size_t m = 0; m < kGridMoves.size(); ++m) {
+      const GridMove& move = kGridMoves[m];
       if (search.slice && (move.z == 0 ? !level : move.x != 0 || move.y != 0)) continue;
       const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
       if (!search.check.voxel_free(to)) continue;
@@ -143,7 +124,7 @@ std::vector<VoxelIndex> AstarPlanner::trace(const Search& search) const {
   for (;;) {
     const std::uint8_t from = nodes_[grid_.linear(cells.back())].from;
     if (from == kNoMove) break;
-    const Move& move = kMoves[from];
+    const GridMove& move = kGridMoves[from];
     cells.push_back(cells.back() - VoxelIndex{move.x, move.y, move.z});
   }
   std::reverse(cells.begin(), cells.end());

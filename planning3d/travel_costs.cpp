@@ -1,5 +1,7 @@
 #include "planning3d/travel_costs.hpp"
 
+#include "planning3d/grid_moves.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,32 +12,8 @@ namespace stairwell::planning3d {
 namespace {
 
 constexpr float kImpassable = -1.0F;
-constexpr std::uint8_t kSource = 26;
+constexpr std::uint8_t kSource = kGridMoves.size();
 constexpr double kSnap_m = 0.3;  // a source just inside an obstacle's margin counts as beside it
-
-struct Move {
-  int x, y, z;
-  float length;
-};
-
-std::array<Move, 26> make_moves() {
-  std::array<Move, 26> moves{};
-  std::size_t n = 0;
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        if (x == 0 && y == 0 && z == 0) continue;
-        moves[n++] = {x, y, z, std::sqrt(static_cast<float>(x * x + y * y + z * z))};
-      }
-    }
-  }
-  return moves;
-}
-
-const std::array<Move, 26>& moves() {
-  static const std::array<Move, 26> all = make_moves();
-  return all;
-}
 
 struct Step {
   std::ptrdiff_t offset;
@@ -48,10 +26,10 @@ struct Step {
 std::array<std::vector<Step>, 27> useful_steps(std::ptrdiff_t row, std::ptrdiff_t slab) {
   std::array<std::vector<Step>, 27> steps;
   for (std::size_t from = 0; from < steps.size(); ++from) {
-    for (std::size_t to = 0; to < moves().size(); ++to) {
-      const Move& m = moves()[to];
+    for (std::size_t to = 0; to < kGridMoves.size(); ++to) {
+      const GridMove& m = kGridMoves[to];
       if (from < kSource) {
-        const Move& p = moves()[from];
+        const GridMove& p = kGridMoves[from];
         if (std::abs(m.x + p.x) <= 1 && std::abs(m.y + p.y) <= 1 && std::abs(m.z + p.z) <= 1) continue;
       }
       steps[from].push_back({m.x + m.y * row + m.z * slab, m.length, static_cast<std::uint8_t>(to)});
@@ -170,7 +148,7 @@ void TravelCosts::spread_slice(float limit_cells) {
       const float cost = cost_[cell];
       if (static_cast<std::uint32_t>(cost) != turn) continue;
       for (const Step& step : steps_->after[kSource]) {
-        const Move& move = moves()[step.direction];
+        const GridMove& move = kGridMoves[step.direction];
         const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + step.offset);
         const bool allowed = move.z == 0 ? level_[cell] != 0 && level_[next] != 0 : move.x == 0 && move.y == 0;
         const float through = cost + step.length;
@@ -222,7 +200,7 @@ std::vector<Eigen::Vector3d> TravelCosts::path_to(const Eigen::Vector3d& point_m
   path_m.push_back(point_m);
   std::size_t cell = cell_of(grid_.index_of(point_m));
   while (direction_[cell] != kSource) {
-    const Move& m = moves()[direction_[cell]];
+    const GridMove& m = kGridMoves[direction_[cell]];
     const auto row = static_cast<std::ptrdiff_t>(size_[0]);
     cell = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) - (m.x + m.y * row + m.z * row * size_[1]));
     if (direction_[cell] != kSource) path_m.push_back(center_of_cell(cell));

@@ -1,3 +1,4 @@
+#include "sim3d/flood.hpp"
 #include "sim3d/ground_truth.hpp"
 #include "sim3d/sensors.hpp"
 #include "sim3d/triangle_geometry.hpp"
@@ -9,6 +10,7 @@
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 namespace stairwell::sim3d {
 
@@ -39,22 +41,11 @@ void flood_free(const GroundTruth& truth, std::vector<std::uint8_t>& marks) {
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (marks[i] == kOpen) open.push_back(grid.voxel(i));
   }
-  const auto visit = [&](const VoxelIndex& v) {
-    if (!grid.contains(v) || truth.at(v) != TruthClass::kFree) return;
-    std::uint8_t& mark = marks[grid.linear(v)];
-    if (mark != 0) return;
-    mark = kOpen;
-    open.push_back(v);
-  };
-  while (!open.empty()) {
-    const VoxelIndex v = open.back();
-    open.pop_back();
-    for (const int step : {-1, 1}) {
-      visit(v + VoxelIndex{step, 0, 0});
-      visit(v + VoxelIndex{0, step, 0});
-      visit(v + VoxelIndex{0, 0, step});
-    }
-  }
+  flood(grid, std::move(open), [&](const VoxelIndex&, std::size_t index) {
+    if (truth.at(index) != TruthClass::kFree || marks[index] != 0) return false;
+    marks[index] = kOpen;
+    return true;
+  });
 }
 
 /// Marks every voxel that is worth a look.

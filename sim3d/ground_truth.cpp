@@ -1,5 +1,6 @@
 #include "sim3d/ground_truth.hpp"
 
+#include "sim3d/flood.hpp"
 #include "sim3d/triangle_geometry.hpp"
 
 #include <algorithm>
@@ -225,26 +226,17 @@ std::vector<std::uint8_t> GroundTruth::reachable(const std::vector<Eigen::Vector
   constexpr std::uint8_t kReached = 1;
   constexpr std::uint8_t kBlocked = 2;
   std::vector<std::uint8_t> state(grid_.voxel_count(), kNew);
-  std::vector<VoxelIndex> open;
-  const auto visit = [&](const VoxelIndex& v) {
-    if (!grid_.contains(v)) return;
-    const std::size_t index = grid_.linear(v);
-    if (state[index] != kNew) return;
+  const auto enter = [&](const VoxelIndex& v, std::size_t index) {
+    if (state[index] != kNew) return false;
     state[index] = free(v, index) ? kReached : kBlocked;
-    if (state[index] == kReached) open.push_back(v);
+    return state[index] == kReached;
   };
+  std::vector<VoxelIndex> entries;
   for (const Eigen::Vector3d& start_m : starts_m) {
-    if (const auto entry = entry_voxel(start_m, robot.radius_m, flight_box)) visit(*entry);
+    const auto entry = entry_voxel(start_m, robot.radius_m, flight_box);
+    if (entry && enter(*entry, grid_.linear(*entry))) entries.push_back(*entry);
   }
-  while (!open.empty()) {
-    const VoxelIndex v = open.back();
-    open.pop_back();
-    for (const int step : {-1, 1}) {
-      visit(v + VoxelIndex{step, 0, 0});
-      visit(v + VoxelIndex{0, step, 0});
-      visit(v + VoxelIndex{0, 0, step});
-    }
-  }
+  flood(grid_, std::move(entries), enter);
   std::replace(state.begin(), state.end(), kBlocked, kNew);
   return state;
 }
