@@ -34,6 +34,10 @@ endif()
 if(STAIRWELL_SANITIZE_ADDRESS)
   add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
   add_link_options(-fsanitize=address,undefined)
+  # Eigen aligns by hand under AddressSanitizer, the PCL library was built without it, and each frees what the other has.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  # std::regex under AddressSanitizer warns falsely (GCC bug 105562).
+  add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
 if(STAIRWELL_SANITIZE_THREAD)
   add_compile_options(-fsanitize=thread)
