@@ -71,19 +71,20 @@ class PotentialLayers {
   void add_experience(const PotentialBump& bump);
   void clear_experience();
 
-  /// Alg. 4.1. Work in proportion to what changed since the last update: the goal (every cell of U_attr), obstacle
-  /// cells, mobile obstacles, cells that the window moved onto.
-  /// @param obstacles of the layers' lattice, updated from the map. An update missed in between means a rebuild.
-  /// @param known_in `map` tells known from unknown space (k_exp); its resolution may be finer than the lattice's.
-  /// @param distances to the same obstacles, updated; for kNearest only, else ignored.
-  /// @throws InputError for obstacles of another lattice, or missing, other or too short distances.
+  /// What `update` reads. All of it describes the same state of the map.
   struct Inputs {
-    const ObstacleLattice& obstacles;
-    const OccupancyMap& map;
-    std::span<const VoxelBox> changed_blocks;  ///< of the map, since the last update
-    bool too_many_blocks = false;
-    const DistanceField* distances = nullptr;
+    const ObstacleLattice& obstacles;          ///< of the layers' lattice
+    const OccupancyMap& map;                   ///< tells known space (k_exp); may be finer than the lattice
+    std::span<const VoxelBox> changed_blocks;  ///< of the map, since the obstacles' last update
+    bool too_many_blocks = false;              ///< not all of them are listed
+    const DistanceField* distances = nullptr;  ///< to the same obstacles; for kNearest only
   };
+
+  /// Alg. 4.1. Work in proportion to what changed since the last update: the goal (every cell of U_attr), obstacle
+  /// cells, mobile obstacles, bumps, cells that the window moved onto. An update of the obstacles that was missed in
+  /// between means a rebuild.
+  /// @throws InputError for obstacles of another lattice, and for kNearest without distances or with ones that cover
+  /// another lattice, count unknown space as obstacle, or are truncated below `reach_m`.
   void update(const Inputs& inputs, const PotentialStep& step);
 
   /// @pre v lies within window()
