@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "mapping/convex_bodies.hpp"
+#include "mapping/shape_bodies.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,62 +17,13 @@ namespace {
 
 constexpr double kSmallest_m = 1e-6;                  // of a shape's lengths and of a tolerance
 constexpr double kFarthest_m = 1e7;                   // coordinates beyond it are too coarse to speak of touching
+constexpr double kInside = 0.99;                      // where probes lie
 constexpr double kHalfDiagonal = 0.8660254037844386;  // of a unit voxel
 
-using Triple = std::array<double, 3>;
+using convex::BallBody;
+using convex::ToCells;
+using convex::Triple;
 using Cells = std::array<int, 3>;
-
-// The shapes in cells, without what may touch.
-struct BallBody {
-  double radius;
-  double inner() const { return radius; }
-  double outer() const { return radius; }
-  BallBody grown(double by) const { return {radius + by}; }
-  convex::Ball place(const Eigen::Matrix3d&) const { return convex::Ball(radius); }
-};
-struct BoxBody {
-  Triple half;
-  double inner() const { return std::min({half[0], half[1], half[2]}); }
-  double outer() const { return std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]); }
-  BoxBody grown(double by) const { return {{half[0] + by, half[1] + by, half[2] + by}}; }
-  convex::OrientedBox place(const Eigen::Matrix3d& R_world_body) const { return {half, R_world_body}; }
-};
-struct EllipsoidBody {
-  Triple semi_axes;
-  double inner() const { return std::min({semi_axes[0], semi_axes[1], semi_axes[2]}); }
-  double outer() const { return std::max({semi_axes[0], semi_axes[1], semi_axes[2]}); }
-  /// An ellipsoid around ellipsoid plus ball (Kurzhanski and Valyi 1997, outer bounds of sums).
-  EllipsoidBody grown(double by) const {
-    const double ratio = by / outer();
-    EllipsoidBody out;
-    for (std::size_t i = 0; i < 3; ++i) {
-      out.semi_axes[i] = std::sqrt((1.0 + ratio) * semi_axes[i] * semi_axes[i] + by * by + by * outer());
-    }
-    return out;
-  }
-  convex::Ellipsoid place(const Eigen::Matrix3d& R_world_body) const { return {semi_axes, R_world_body}; }
-};
-struct CylinderBody {
-  double radius;
-  double half_height;
-  double inner() const { return std::min(radius, half_height); }
-  double outer() const { return std::hypot(radius, half_height); }
-  CylinderBody grown(double by) const { return {radius + by, half_height + by}; }
-  convex::Cylinder place(const Eigen::Matrix3d& R_world_body) const {
-    return {radius, half_height, R_world_body.col(2)};
-  }
-};
-
-struct ToCells {
-  double per_m;
-  double operator()(double length_m) const { return (length_m - kCollisionTouch_m) * per_m; }
-  Triple operator()(const Eigen::Vector3d& v) const { return {(*this)(v.x()), (*this)(v.y()), (*this)(v.z())}; }
-
-  BallBody operator()(const SphereShape& s) const { return {(*this)(s.radius_m)}; }
-  BoxBody operator()(const BoxShape& s) const { return {(*this)(s.half_m)}; }
-  EllipsoidBody operator()(const EllipsoidShape& s) const { return {(*this)(s.semi_axes_m)}; }
-  CylinderBody operator()(const CylinderShape& s) const { return {(*this)(s.radius_m), (*this)(s.half_height_m)}; }
-};
 
 // Bits of a word whose voxel coordinate along one axis lies in [lo, hi].
 struct AxisMasks {
@@ -235,7 +187,28 @@ struct CollisionQuery {
   template <typename Shape>
   bool at_pose(const Shape& shape, const Eigen::Vector3d& at, const Eigen::Matrix3d& R_world_body) const {
     const Word word = by_distance(at, shape.inner(), shape.outer());
-    return word == Word::kUnclear ? by_words(shape.place(R_world_body), at) : word == Word::kHit;
+    if (word != Word::kUnclear) return word == Word::kHit;
+    return by_probes(shape, at, R_world_body) || by_words(shape.place(R_world_body), at);
+  }
+
+  /// Whether a probe lies in an obstacle within the grid.
+  template <typename Shape>
+  bool by_probes(const Shape& shape, const Eigen::Vector3d& at, const Eigen::Matrix3d& R_world_body) const {
+    const OccupancyWords& words = *checker.words_;
+    const Triple half = shape.half_sizes();
+    for (const Triple& probe : Shape::probes) {
+      const Eigen::Vector3d offset(probe[0] * half[0], probe[1] * half[1], probe[2] * half[2]);
+      const Eigen::Vector3d p = at + R_world_body * (kInside * offset);
+      Cells v;
+      bool inside = true;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double x = p[static_cast<Eigen::Index>(i)] - words.shift()[i];
+        inside = inside && x >= 0.0 && x < words.grid().size()[i];
+        v[i] = inside ? static_cast<int>(x) : 0;
+      }
+      if (inside && words.at({v[0], v[1], v[2]})) return true;
+    }
+    return false;
   }
 
   bool swept(const BallBody& ball, const Pose& T_world_from, const Pose& T_world_to, double) const {
