@@ -6,8 +6,7 @@
 #include <benchmark/benchmark.h>
 #include <dynamicEDT3D/dynamicEDTOctomap.h>
 
-#include <cmath>
-#include <memory>
+#include <string>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
@@ -16,29 +15,25 @@ namespace {
 
 constexpr double kTruncation_m = 2.0;
 
-double resolution_m(const benchmark::State& state) { return 0.01 * static_cast<double>(state.range(0)); }
-
-/// One iteration is the update after one scan; the first scan's is not counted.
-void update_ours(benchmark::State& state, Obstacles obstacles) {
+/// One iteration is a fresh map of all scans; only the updates after the second and later scans are counted.
+void update_ours(benchmark::State& state, double resolution_m, Obstacles obstacles) {
   const bench::Scene& scene = bench::office_tower();
-  const GridSpec grid(scene.box, resolution_m(state));
+  const GridSpec grid(scene.box, resolution_m);
   ScanIntegrator integrator;
-  std::unique_ptr<OccupancyMap> map;
-  std::unique_ptr<DistanceField> field;
-  std::size_t next = scene.scans.size();
+  const bench::MemoryNote memory(state);
   for (auto _ : state) {
     state.PauseTiming();
-    if (next == scene.scans.size()) {
-      map = std::make_unique<OccupancyMap>(grid);
-      field = std::make_unique<DistanceField>(grid, kTruncation_m, obstacles);
-      integrator.integrate(scene.scans[0], *map);
-      field->update(*map);
-      next = 1;
+    OccupancyMap map(grid);
+    DistanceField field(grid, kTruncation_m, obstacles);
+    for (std::size_t i = 0; i < scene.scans.size(); ++i) {
+      integrator.integrate(scene.scans[i], map);
+      if (i > 0) state.ResumeTiming();
+      field.update(map);
+      if (i > 0) state.PauseTiming();
     }
-    integrator.integrate(scene.scans[next++], *map);
     state.ResumeTiming();
-    field->update(*map);
   }
+  state.counters["scans"] = static_cast<double>(scene.scans.size() - 1);
 }
 
 void insert(octomap::OcTree& tree, const Scan& scan) {
@@ -52,34 +47,34 @@ octomap::point3d octomap_point(const Eigen::Vector3d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
 
-void update_dynamic_edt(benchmark::State& state) {
+void update_dynamic_edt(benchmark::State& state, double resolution_m) {
   const bench::Scene& scene = bench::office_tower();
-  std::unique_ptr<octomap::OcTree> tree;
-  std::unique_ptr<DynamicEDTOctomap> field;
-  std::size_t next = scene.scans.size();
+  const bench::MemoryNote memory(state);
   for (auto _ : state) {
     state.PauseTiming();
-    if (next == scene.scans.size()) {
-      field.reset();
-      tree = std::make_unique<octomap::OcTree>(resolution_m(state));
-      tree->enableChangeDetection(true);
-      insert(*tree, scene.scans[0]);
-      field = std::make_unique<DynamicEDTOctomap>(static_cast<float>(kTruncation_m), tree.get(),
-                                                  octomap_point(scene.box.min_m), octomap_point(scene.box.max_m),
-                                                  false);
-      field->update();
-      next = 1;
+    {
+      octomap::OcTree tree(resolution_m);
+      tree.enableChangeDetection(true);
+      insert(tree, scene.scans[0]);
+      DynamicEDTOctomap field(static_cast<float>(kTruncation_m), &tree, octomap_point(scene.box.min_m),
+                              octomap_point(scene.box.max_m), false);
+      field.update();
+      for (std::size_t i = 1; i < scene.scans.size(); ++i) {
+        insert(tree, scene.scans[i]);
+        state.ResumeTiming();
+        field.update();
+        state.PauseTiming();
+      }
     }
-    insert(*tree, scene.scans[next++]);
     state.ResumeTiming();
-    field->update();
   }
+  state.counters["scans"] = static_cast<double>(scene.scans.size() - 1);
 }
 
 /// From nothing, over a map of all scans.
-void rebuild_ours(benchmark::State& state) {
+void rebuild_ours(benchmark::State& state, double resolution_m) {
   const bench::Scene& scene = bench::office_tower();
-  OccupancyMap map(GridSpec(scene.box, resolution_m(state)));
+  OccupancyMap map(GridSpec(scene.box, resolution_m));
   ScanIntegrator integrator;
   for (const Scan& scan : scene.scans) integrator.integrate(scan, map);
   for (auto _ : state) {
@@ -89,10 +84,17 @@ void rebuild_ours(benchmark::State& state) {
   }
 }
 
-}  // namespace
+[[maybe_unused]] const bool registered = [] {
+  for (const auto& [resolution_m, label] : bench::resolutions()) {
+    const auto timed = [](benchmark::internal::Benchmark* one) { one->Unit(benchmark::kMillisecond)->UseRealTime(); };
+    const auto name = [&](const char* what) { return std::string("distance/") + what + "/" + label; };
+    timed(benchmark::RegisterBenchmark(name("update/dynamicEDT3D").c_str(), update_dynamic_edt, resolution_m));
+    timed(
+        benchmark::RegisterBenchmark(name("update/occupied").c_str(), update_ours, resolution_m, Obstacles::kOccupied));
+    timed(benchmark::RegisterBenchmark(name("update/blocked").c_str(), update_ours, resolution_m, Obstacles::kBlocked));
+    timed(benchmark::RegisterBenchmark(name("rebuild/occupied").c_str(), rebuild_ours, resolution_m));
+  }
+  return true;
+}();
 
-#define AT_BOTH_RESOLUTIONS ->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond)->UseRealTime()
-BENCHMARK(update_dynamic_edt) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(update_ours, occupied, Obstacles::kOccupied) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(update_ours, blocked, Obstacles::kBlocked) AT_BOTH_RESOLUTIONS;
-BENCHMARK(rebuild_ours) AT_BOTH_RESOLUTIONS;
+}  // namespace

@@ -5,83 +5,92 @@
 #include <benchmark/benchmark.h>
 #include <octomap/OcTree.h>
 
-#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
 
 namespace {
 
-double resolution_m(const benchmark::State& state) { return 0.01 * static_cast<double>(state.range(0)); }
-
-/// One iteration is one scan; after the last one a fresh map is begun.
-void integrate(benchmark::State& state, const ScanIntegrator::Config& config) {
+/// One iteration is a fresh map of all scans; making the map is not counted.
+void integrate(benchmark::State& state, double resolution_m, const ScanIntegrator::Config& config) {
   const bench::Scene& scene = bench::office_tower();
+  const bench::MemoryNote memory(state);
   ScanIntegrator integrator(config);
-  std::optional<OccupancyMap> map;
-  std::size_t next = scene.scans.size();
-  std::size_t steps = 0;
-  std::size_t updated = 0;
+  IntegrationStats sum;
   for (auto _ : state) {
-    if (next == scene.scans.size()) {
-      state.PauseTiming();
-      map.emplace(GridSpec(scene.box, resolution_m(state)));
-      next = 0;
-      state.ResumeTiming();
+    state.PauseTiming();
+    OccupancyMap map(GridSpec(scene.box, resolution_m));
+    sum = {};
+    state.ResumeTiming();
+    for (const Scan& scan : scene.scans) {
+      const IntegrationStats stats = integrator.integrate(scan, map);
+      sum.ray_steps += stats.ray_steps;
+      sum.voxels_updated += stats.voxels_updated;
     }
-    const IntegrationStats stats = integrator.integrate(scene.scans[next++], *map);
-    steps += stats.ray_steps;
-    updated += stats.voxels_updated;
+    state.PauseTiming();
+    { const OccupancyMap done = std::move(map); }
+    state.ResumeTiming();
   }
-  state.counters["ray_steps"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kAvgIterations);
-  state.counters["voxels"] = benchmark::Counter(static_cast<double>(updated), benchmark::Counter::kAvgIterations);
+  const auto scans = static_cast<double>(scene.scans.size());
+  state.counters["scans"] = scans;
+  state.counters["ray_steps_per_scan"] = static_cast<double>(sum.ray_steps) / scans;
+  state.counters["voxels_per_scan"] = static_cast<double>(sum.voxels_updated) / scans;
 }
 
-void octomap_reference(benchmark::State& state, bool discretize) {
+void octomap_reference(benchmark::State& state, double resolution_m, bool discretize) {
   const bench::Scene& scene = bench::office_tower();
   std::vector<octomap::Pointcloud> clouds;
   for (const Scan& scan : scene.scans) {
     clouds.emplace_back();
     for (const Eigen::Vector3f& p : world_points_of(scan)) clouds.back().push_back(p.x(), p.y(), p.z());
   }
-  std::optional<octomap::OcTree> tree;
-  std::size_t next = clouds.size();
+  const bench::MemoryNote memory(state);
   for (auto _ : state) {
-    if (next == clouds.size()) {
-      state.PauseTiming();
-      tree.emplace(resolution_m(state));
-      next = 0;
-      state.ResumeTiming();
+    octomap::OcTree tree(resolution_m);
+    for (std::size_t i = 0; i < clouds.size(); ++i) {
+      const Eigen::Vector3f origin_m = world_origin_of(scene.scans[i]);
+      tree.insertPointCloud(clouds[i], {origin_m.x(), origin_m.y(), origin_m.z()}, scene.scans[i].max_range_m, false,
+                            discretize);
     }
-    const Eigen::Vector3f origin_m = world_origin_of(scene.scans[next]);
-    tree->insertPointCloud(clouds[next], {origin_m.x(), origin_m.y(), origin_m.z()}, scene.scans[next].max_range_m,
-                           false, discretize);
-    ++next;
+    state.PauseTiming();
+    tree.clear();
+    state.ResumeTiming();
   }
+  state.counters["scans"] = static_cast<double>(scene.scans.size());
 }
 
-void exact_octomap(benchmark::State& state) { octomap_reference(state, false); }
-void discretized_octomap(benchmark::State& state) { octomap_reference(state, true); }
-
 /// Instructions that the processor lacks are skipped by name.
-void ours(benchmark::State& state, ScanIntegrator::Config config) {
+void ours(benchmark::State& state, double resolution_m, const ScanIntegrator::Config& config) {
   if (!supported(config.simd)) {
     state.SkipWithError((std::string("no ") + name_of(config.simd)).c_str());
     return;
   }
-  integrate(state, config);
+  integrate(state, resolution_m, config);
 }
 
-}  // namespace
+[[maybe_unused]] const bool registered = [] {
+  for (const auto& [resolution_m, label] : bench::resolutions()) {
+    for (const bool discretize : {false, true}) {
+      const std::string name = std::string("integrate/") + (discretize ? "discretize/" : "exact/");
+      const auto add = [&](const char* way, const ScanIntegrator::Config& config) {
+        benchmark::RegisterBenchmark((name + way + "/" + label).c_str(), ours, resolution_m, config)
+            ->Unit(benchmark::kMillisecond)
+            ->UseRealTime();
+      };
+      benchmark::RegisterBenchmark((name + "octomap/" + label).c_str(), octomap_reference, resolution_m, discretize)
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime();
+      add("avx512", {.discretize = discretize, .simd = Simd::kAvx512});
+      add("avx2", {.discretize = discretize, .simd = Simd::kAvx2});
+      add("scalar", {.discretize = discretize, .simd = Simd::kScalar});
+      add("best", {.discretize = discretize});
+      add("two_threads", {.discretize = discretize, .threads = 2});
+    }
+  }
+  return true;
+}();
 
-#define AT_BOTH_RESOLUTIONS ->Arg(10)->Arg(5)->Unit(benchmark::kMillisecond)->UseRealTime()
-BENCHMARK(exact_octomap) AT_BOTH_RESOLUTIONS;
-BENCHMARK(discretized_octomap) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, exact_avx512, {.simd = Simd::kAvx512}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, exact_avx2, {.simd = Simd::kAvx2}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, exact_scalar, {.simd = Simd::kScalar}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, exact_two_threads, {.threads = 2}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, discretized_avx512, {.discretize = true, .simd = Simd::kAvx512}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, discretized_avx2, {.discretize = true, .simd = Simd::kAvx2}) AT_BOTH_RESOLUTIONS;
-BENCHMARK_CAPTURE(ours, discretized_scalar, {.discretize = true, .simd = Simd::kScalar}) AT_BOTH_RESOLUTIONS;
+}  // namespace

@@ -8,7 +8,9 @@
 
 #include <array>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <string>
 
 namespace stairwell::bench {
 
@@ -54,14 +56,31 @@ Scene make_office_tower() {
       T_world_sensor.translation()[axis] = rng.uniform(world.bounds.min_m[axis], world.bounds.max_m[axis]);
     }
     if (!good_place(*caster, T_world_sensor.translation())) continue;
-    T_world_sensor.linear() =
-        Eigen::AngleAxisd(rng.uniform(-kPi, kPi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    T_world_sensor.linear() = Eigen::AngleAxisd(rng.uniform(-kPi, kPi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
     scene.scans.push_back(sensor.capture(T_world_sensor, 0.1 * static_cast<double>(scene.scans.size())));
   }
   return scene;
 }
 
 }  // namespace
+
+namespace {
+
+/// A figure of /proc/self/status, there in KiB.
+double status_mib(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(name + ":", 0) == 0) return std::stod(line.substr(name.size() + 1)) / 1024.0;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+std::array<std::pair<double, const char*>, 2> resolutions() { return {{{0.1, "0.10"}, {0.05, "0.05"}}}; }
+
+double resident_mib() { return status_mib("VmRSS"); }
+double peak_resident_mib() { return status_mib("VmHWM"); }
 
 const Scene& office_tower() {
   static const Scene scene = make_office_tower();

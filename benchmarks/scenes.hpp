@@ -4,6 +4,10 @@
 #include "core/aabb.hpp"
 #include "core/scan.hpp"
 
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <utility>
 #include <vector>
 
 namespace stairwell::bench {
@@ -17,5 +21,26 @@ struct Scene {
 /// same ones each time.
 /// @throws InputError when the world is missing.
 const Scene& office_tower();
+
+/// 0.10 m and 0.05 m, and how they are written in the benchmarks' names.
+std::array<std::pair<double, const char*>, 2> resolutions();
+
+/// Memory of this process that is resident now, and the most that ever was.
+double resident_mib();
+double peak_resident_mib();
+
+/// Writes the growth of the peak while it lives as the counter rss_MiB; tells the truth when the benchmark has the
+/// process to itself.
+class MemoryNote {
+ public:
+  explicit MemoryNote(benchmark::State& state) : state_(state), start_mib_(resident_mib()) {}
+  ~MemoryNote() { state_.counters["rss_MiB"] = peak_resident_mib() - start_mib_; }
+  MemoryNote(const MemoryNote&) = delete;
+  MemoryNote& operator=(const MemoryNote&) = delete;
+
+ private:
+  benchmark::State& state_;
+  double start_mib_;
+};
 
 }  // namespace stairwell::bench

@@ -17,6 +17,13 @@
 #include <cstdint>
 #include <vector>
 
+/// The rounds of the loop that follows touch different memory.
+#if defined(__clang__)
+#define STAIRWELL_INDEPENDENT_ROUNDS _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define STAIRWELL_INDEPENDENT_ROUNDS _Pragma("GCC ivdep")
+#endif
+
 namespace stairwell::mapping {
 
 /// What is the same for all rays of a scan. World frame, float32 as OctoMap has it.
@@ -102,7 +109,8 @@ struct ScanKernels {
   /// Adds a miss or a hit (disjoint bits) to 64 log-odds, NaN = unknown.
   WordEffect (*update)(float* log_odds, std::uint64_t miss, std::uint64_t hit, const UpdateRule& rule);
   /// The keys of the points; `key` holds numbers outside of [0, 65535] where there is none.
-  void (*find_keys)(double per_m, RayColumns& rays);
+  /// @return the box of the keys, each axis by itself; lo > hi where there is none
+  LatticeBox (*find_keys)(double per_m, RayColumns& rays);
 };
 
 namespace lanes {

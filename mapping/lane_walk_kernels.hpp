@@ -21,7 +21,7 @@ static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* poin
   float* const y = rays.point_m[1].data();
   float* const z = rays.point_m[2].data();
   std::int32_t bad = 0;
-#pragma GCC ivdep
+  STAIRWELL_INDEPENDENT_ROUNDS
   for (std::size_t i = 0; i < count; ++i) {
     const float px = in[3 * i], py = in[3 * i + 1], pz = in[3 * i + 2];
     // In this order of roundings, whatever the instructions.
@@ -52,7 +52,7 @@ static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reac
   const auto [ox, oy, oz] = frame.origin_m;
   const float squared_range = frame.squared_range_m2;
   const float range = frame.range_m;
-#pragma GCC ivdep
+  STAIRWELL_INDEPENDENT_ROUNDS
   for (std::size_t i = 0; i < count; ++i) {
     const float vx = px[i] - ox, vy = py[i] - oy, vz = pz[i] - oz;
     const float squared = vx * vx + vy * vy + vz * vz;
@@ -68,7 +68,7 @@ static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reac
   const auto [okx, oky, okz] = frame.origin_key;
   std::int32_t lo_x = reach.lo.x, lo_y = reach.lo.y, lo_z = reach.lo.z;
   std::int32_t hi_x = reach.hi.x, hi_y = reach.hi.y, hi_z = reach.hi.z;
-#pragma GCC ivdep
+  STAIRWELL_INDEPENDENT_ROUNDS
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t at_x = lattice_key(per_m * static_cast<double>(ex[i]));
     const std::int32_t at_y = lattice_key(per_m * static_cast<double>(ey[i]));
@@ -91,14 +91,27 @@ static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reac
   reach = {{lo_x, lo_y, lo_z}, {hi_x, hi_y, hi_z}};
 }
 
-static void find_keys(double per_m, RayColumns& rays) {
+static LatticeBox find_keys(double per_m, RayColumns& rays) {
   const std::size_t count = rays.size();
+  std::int32_t lowest[3], highest[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float* const point_m = rays.point_m[axis].data();
-    std::int32_t* const key = rays.key[axis].data();
-#pragma GCC ivdep
-    for (std::size_t i = 0; i < count; ++i) key[i] = lattice_key(per_m * static_cast<double>(point_m[i]));
+    std::int32_t* const keys = rays.key[axis].data();
+    // Keys out of range are -1 or 65536: as unsigned numbers never the least, counted from either end.
+    std::uint32_t from_below = 0xFFFFFFFFU, from_above = 0xFFFFFFFFU;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t key = lattice_key(per_m * static_cast<double>(point_m[i]));
+      const auto up = static_cast<std::uint32_t>(key);
+      const auto down = static_cast<std::uint32_t>(0xFFFF - key);
+      keys[i] = key;
+      from_below = up < from_below ? up : from_below;
+      from_above = down < from_above ? down : from_above;
+    }
+    const bool any = from_below <= 0xFFFFU;
+    lowest[axis] = any ? static_cast<std::int32_t>(from_below) : 0;
+    highest[axis] = any ? 0xFFFF - static_cast<std::int32_t>(from_above) : -1;
   }
+  return {{lowest[0], lowest[1], lowest[2]}, {highest[0], highest[1], highest[2]}};
 }
 
 /// One axis of `prepare`: distances of the borders in units of 2^-29 of the ray.
@@ -127,7 +140,7 @@ static std::size_t prepare(const ScanFrame& frame, const RayColumns& rays, std::
   const auto [okx, oky, okz] = frame.origin_key;
   const WindowView w = window;
   std::int32_t steps = 0;
-#pragma GCC ivdep
+  STAIRWELL_INDEPENDENT_ROUNDS
   for (std::size_t i = 0; i < count; ++i) {
     const float vx = ex[i] - ox, vy = ey[i] - oy, vz = ez[i] - oz;
     const float length = std::sqrt(vx * vx + vy * vy + vz * vz);

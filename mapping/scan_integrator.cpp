@@ -62,17 +62,16 @@ ScanFrame frame_of(const Scan& scan, const RayLattice& lattice, const Eigen::Vec
 class EndVoxels {
  public:
   void keep_one_per_voxel(const RayLattice& lattice, const ScanKernels& kernels, RayColumns& rays) {
-    kernels.find_keys(1.0 / lattice.resolution_m(), rays);
-    lay_out(rays);
+    lay_out(kernels.find_keys(1.0 / lattice.resolution_m(), rays));
+    const std::int32_t* const keys[3] = {rays.key[0].data(), rays.key[1].data(), rays.key[2].data()};
+    const std::size_t count = rays.size();
     std::size_t kept = 0;
-    std::uint64_t last = kNone;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const LatticeKey key{rays.key[0][i], rays.key[1][i], rays.key[2][i]};
-      if (((key.x | key.y | key.z) & ~0xFFFF) != 0) continue;
-      const std::uint64_t cell = cell_of(key);
-      if (cell == last) continue;  // neighbours often end in one voxel
-      last = cell;
-      if (!first_time(cell)) continue;
+    LatticeKey last{-1, -1, -1};
+    for (std::size_t i = 0; i < count; ++i) {
+      const LatticeKey key{keys[0][i], keys[1][i], keys[2][i]};
+      if (key == last || ((key.x | key.y | key.z) & ~0xFFFF) != 0) continue;  // neighbours often end in one voxel
+      last = key;
+      if (!first_time(cell_of(key))) continue;
       const Eigen::Vector3f center_m = lattice.center_of(key);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         rays.point_m[axis][kept] = center_m[static_cast<Eigen::Index>(axis)];
@@ -84,35 +83,24 @@ class EndVoxels {
   }
 
  private:
-  static constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
   static constexpr std::uint64_t kMostBits = std::uint64_t{1} << 28;
 
   /// A bit for each voxel of the returns' box, or a set where that box is too large.
-  void lay_out(const RayColumns& rays) {
-    std::array<std::int32_t, 3> hi{-1, -1, -1};
-    lo_ = {0xFFFF, 0xFFFF, 0xFFFF};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const std::int32_t key : rays.key[axis]) {
-        if ((key & ~0xFFFF) != 0) continue;
-        lo_[axis] = std::min(lo_[axis], key);
-        hi[axis] = std::max(hi[axis], key);
-      }
-    }
+  void lay_out(const LatticeBox& box) {
     marked_.clear();
     set_.clear();
-    std::uint64_t cells = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      extent_[axis] = static_cast<std::uint64_t>(std::max(hi[axis] - lo_[axis] + 1, 0));
-      cells *= extent_[axis];
-    }
+    lo_ = box.lo;
+    const auto side = [](int lo, int hi) { return static_cast<std::uint64_t>(std::max(hi - lo + 1, 0)); };
+    extent_ = {side(box.lo.x, box.hi.x), side(box.lo.y, box.hi.y)};
+    const std::uint64_t cells = extent_[0] * extent_[1] * side(box.lo.z, box.hi.z);
     dense_ = cells <= kMostBits;
     if (dense_ && bits_.size() * 64 < cells) bits_.resize((cells + 63) / 64);
   }
 
   std::uint64_t cell_of(const LatticeKey& key) const {
-    return (static_cast<std::uint64_t>(key.z - lo_[2]) * extent_[1] + static_cast<std::uint64_t>(key.y - lo_[1])) *
+    return (static_cast<std::uint64_t>(key.z - lo_.z) * extent_[1] + static_cast<std::uint64_t>(key.y - lo_.y)) *
                extent_[0] +
-           static_cast<std::uint64_t>(key.x - lo_[0]);
+           static_cast<std::uint64_t>(key.x - lo_.x);
   }
   bool first_time(std::uint64_t cell) {
     if (!dense_) return set_.insert(cell).second;
@@ -123,8 +111,8 @@ class EndVoxels {
     return true;
   }
 
-  std::array<std::int32_t, 3> lo_{};
-  std::array<std::uint64_t, 3> extent_{};
+  LatticeKey lo_;
+  std::array<std::uint64_t, 2> extent_{};  ///< along x and y
   bool dense_ = true;
   std::vector<std::uint64_t> bits_;    ///< zero between scans
   std::vector<std::uint64_t> marked_;  ///< cells whose bit is set
