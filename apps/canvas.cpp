@@ -22,6 +22,8 @@ std::uint8_t srgb_of(float linear) {
     }
     return values;
   }();
+  // Once per pixel, and never negative: no need for std::lround.
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings)
   return table[static_cast<std::size_t>(std::clamp(linear, 0.0f, 1.0f) * 4095.0f + 0.5f)];
 }
 

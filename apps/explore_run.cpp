@@ -119,7 +119,7 @@ class ExploreRun {
     log_->publish();
     mapping::save_octomap(fleet_->map(), folder_ / "map.bt");
     mapping::save_octomap(fleet_->map(), folder_ / "map.ot");
-    const std::string metrics = metrics_json(config_, *fleet_, coverage_, flight_, milestones_, total_wall_s_);
+    std::string metrics = metrics_json(config_, *fleet_, coverage_, flight_, milestones_, total_wall_s_);
     write_file_atomically(folder_ / "metrics.json", metrics);
     RenderOptions options;
     options.trajectories_m = read_trajectories(folder_ / "trajectories.csv", config_.uavs);

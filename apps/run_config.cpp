@@ -48,6 +48,7 @@ Value choice(const std::string& text, const std::vector<std::pair<std::string, V
 
 std::string known_name(const std::string& text, const std::vector<std::string_view>& names) {
   std::vector<std::pair<std::string, std::string>> known;
+  known.reserve(names.size());
   for (const std::string_view name : names) known.emplace_back(name, name);
   return choice<std::string>(text, known);
 }

@@ -24,7 +24,7 @@ bool occupied(const fs::path& folder) {
 
 fs::path choose_run_folder(const RunConfig& config) {
   if (!config.out.empty()) {
-    const fs::path folder = config.out;
+    fs::path folder = config.out;
     if (!occupied(folder)) return folder;
     const bool run = fs::exists(folder / "config.yaml");
     throw InputError("--out " + folder.string() + ": is not an empty folder: " +

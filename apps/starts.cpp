@@ -66,7 +66,8 @@ class FreeLattice {
       size_[axis] = static_cast<int>(std::floor(usable_m / step_m_)) + 1;
       origin_m_[axis] = box.center_m()[axis] - 0.5 * step_m_ * (size_[axis] - 1);
     }
-    component_.assign(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]), kUnvisited);
+    const auto nodes = [&](int axis) { return static_cast<std::size_t>(size_[axis]); };
+    component_.assign(nodes(0) * nodes(1) * nodes(2), kUnvisited);
     for (int node = 0; node < count(); ++node) {
       if (!truth_.sphere_free(position_m(node), radius_m_)) component_[static_cast<std::size_t>(node)] = kBlocked;
     }
