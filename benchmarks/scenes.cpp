@@ -7,6 +7,7 @@
 #include "sim3d/world.hpp"
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -62,9 +63,67 @@ Scene make_office_tower() {
   return scene;
 }
 
-}  // namespace
+constexpr int kTurn = 12;
+constexpr int kFlight = 240;
+constexpr double kStep_m = 0.1;
 
-namespace {
+/// Flies ahead while nothing is near, else turns; always the same way.
+class Pilot {
+ public:
+  Pilot(const sim3d::RayCaster& caster, const Aabb& box) : caster_(caster) {
+    Rng rng = make_rng(3, "benchmark flight");
+    do {
+      for (int axis = 0; axis < 3; ++axis) at_m_[axis] = rng.uniform(box.min_m[axis], box.max_m[axis]);
+      yaw_rad_ = rng.uniform(-kPi, kPi);
+    } while (!good_place(caster_, at_m_) || !ahead_clear());
+  }
+
+  Pose pose() const {
+    Pose T_world_camera = Pose::Identity();
+    T_world_camera.translation() = at_m_;
+    T_world_camera.linear() = Eigen::AngleAxisd(yaw_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    return T_world_camera;
+  }
+  void turn(double by_rad) { yaw_rad_ += by_rad; }
+  void fly() {
+    const bool ahead = ahead_clear();
+    if (ahead) at_m_ += kStep_m * direction(0.0);
+    turn(ahead ? 0.004 : 0.08);
+  }
+
+ private:
+  Eigen::Vector3d direction(double beside_rad) const {
+    return {std::cos(yaw_rad_ + beside_rad), std::sin(yaw_rad_ + beside_rad), 0.0};
+  }
+  bool clear(double beside_rad, double range_m) const {
+    return !caster_.occluded(at_m_.cast<float>(), direction(beside_rad).cast<float>(), static_cast<float>(range_m));
+  }
+  bool ahead_clear() const {
+    return clear(0.0, 1.0) && clear(0.4, 0.8) && clear(-0.4, 0.8) && clear(0.9, 0.5) && clear(-0.9, 0.5);
+  }
+
+  const sim3d::RayCaster& caster_;
+  Eigen::Vector3d at_m_;
+  double yaw_rad_ = 0.0;
+};
+
+Scene make_office_flight() {
+  const sim3d::World world = sim3d::load_world(std::filesystem::path(STAIRWELL_WORLDS) / "office_tower.sdf");
+  const auto caster = std::make_shared<sim3d::RayCaster>(world.mesh);
+  sim3d::SimulatedSensor sensor(caster, camera(), {}, 1, "benchmark flight");
+  Scene scene;
+  scene.box = world.bounds.inflated(0.2);
+  Pilot pilot(*caster, world.bounds);
+  for (int i = 0; i < kFlight; ++i) {
+    scene.scans.push_back(sensor.capture(pilot.pose(), 0.1 * i));
+    if (i < kTurn) {
+      pilot.turn(2.0 * kPi / kTurn);
+    } else {
+      pilot.fly();
+    }
+  }
+  return scene;
+}
 
 /// A figure of /proc/self/status, there in KiB.
 double status_mib(const std::string& name) {
@@ -81,6 +140,11 @@ std::array<std::pair<double, const char*>, 2> resolutions() { return {{{0.1, "0.
 
 double resident_mib() { return status_mib("VmRSS"); }
 double peak_resident_mib() { return status_mib("VmHWM"); }
+
+const Scene& office_flight() {
+  static const Scene scene = make_office_flight();
+  return scene;
+}
 
 const Scene& office_tower() {
   static const Scene scene = make_office_tower();

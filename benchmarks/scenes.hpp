@@ -22,6 +22,10 @@ struct Scene {
 /// @throws InputError when the world is missing.
 const Scene& office_tower();
 
+/// The same camera on a flight of 240 scans, 10 a second at 1 m/s, through the same building: ahead while nothing is
+/// near, else turning. The first twelve scans are a turn on the spot.
+const Scene& office_flight();
+
 /// 0.10 m and 0.05 m, and how they are written in the benchmarks' names.
 std::array<std::pair<double, const char*>, 2> resolutions();
 
