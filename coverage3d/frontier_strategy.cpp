@@ -216,7 +216,7 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
 }
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
-                                                                    std::vector<Stop> stops) const {
+                                                                    const std::vector<Stop>& stops) const {
   // What a UAV under way will see is not for the others, unless nothing else is left.
   std::vector<Stop> unclaimed;
   for (const Stop& stop : stops) {
@@ -252,7 +252,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const planning3d::FreeSpace& space,
                                                                        const Crew& crew,
-                                                                       std::vector<Stop> stops) const {
+                                                                       const std::vector<Stop>& stops) const {
   std::vector<std::pair<double, std::size_t>> order;  // large and near ones absorb the others
   for (std::size_t i = 0; i < stops.size(); ++i) {
     double soonest_s = std::numeric_limits<double>::infinity();
@@ -262,11 +262,12 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const pla
   }
   std::sort(order.begin(), order.end());
   std::vector<Stop> kept;
-  for (const auto& [rank, i] : order) {
+  for (const auto& ranked : order) {
+    const Stop& stop = stops[ranked.second];
     const bool absorbed = std::any_of(kept.begin(), kept.end(), [&](const Stop& other) {
-      return book_.sampler().seen_part(space, other.pose(), *stops[i].cluster) >= kAbsorbed;
+      return book_.sampler().seen_part(space, other.pose(), *stop.cluster) >= kAbsorbed;
     });
-    if (!absorbed) kept.push_back(stops[i]);
+    if (!absorbed) kept.push_back(stop);
   }
   return kept;
 }

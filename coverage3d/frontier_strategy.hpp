@@ -70,9 +70,10 @@ class FrontierStrategy : public CoverageStrategy {
   ViewpointPlaces places(const AssignmentRequest& request) const;
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
-  std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew, std::vector<Stop> stops) const;
+  std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew,
+                                  const std::vector<Stop>& stops) const;
   std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
-                                     std::vector<Stop> stops) const;
+                                     const std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
