@@ -52,6 +52,7 @@ bool within_elevation(const SensorModel& sensor, const Eigen::Vector3d& offset_m
 
 std::vector<VoxelIndex> heights_voxels(const GridSpec& grid, const std::vector<double>& heights_m) {
   std::vector<VoxelIndex> found;
+  found.reserve(heights_m.size());
   for (const double height_m : heights_m) found.push_back(grid.index_of(Eigen::Vector3d(0.0, 0.0, height_m)));
   return found;
 }
