@@ -4,6 +4,7 @@ option(STAIRWELL_BUILD_EXAMPLES "Build the examples" ON)
 option(STAIRWELL_BUILD_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
 option(STAIRWELL_SANITIZE_ADDRESS "AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
 option(STAIRWELL_SANITIZE_THREAD "ThreadSanitizer" OFF)
+option(STAIRWELL_FUZZ "Only the libFuzzer programs of tests/fuzz and what they need (clang)" OFF)
 option(STAIRWELL_COVERAGE "Instrument for gcov" OFF)
 option(STAIRWELL_WERROR "Warnings are errors" ON)
 
@@ -28,6 +29,10 @@ endif()
 add_compile_options(-Wall -Wextra -Wconversion -Wshadow -ffp-contract=off)
 # GCC 12 warns wrongly about string concatenation (GCC bug 105651).
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+# GCC's -Wconversion leaves signs alone, clang's does not; the ray walk has no branches on purpose.
+add_compile_options($<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-conditional-parentheses>)
 if(STAIRWELL_WERROR)
   add_compile_options(-Werror)
 endif()
@@ -42,6 +47,17 @@ endif()
 if(STAIRWELL_SANITIZE_THREAD)
   add_compile_options(-fsanitize=thread)
   add_link_options(-fsanitize=thread)
+endif()
+if(STAIRWELL_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "STAIRWELL_FUZZ needs clang: libFuzzer is part of it")
+  endif()
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow
+    -fno-omit-frame-pointer -fno-sanitize-recover=undefined,float-cast-overflow
+    -fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/../tests/fuzz/vendor_headers.txt)
+  # GCC defines this one; the functions with several instruction sets look for it.
+  add_compile_definitions(__SANITIZE_ADDRESS__=1)
+  add_link_options(-fsanitize=address,undefined)
 endif()
 if(STAIRWELL_COVERAGE)
   add_compile_options(--coverage -fprofile-update=atomic)

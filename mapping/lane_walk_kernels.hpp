@@ -16,6 +16,7 @@ static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* poin
                              RayColumns& rays) {
   const std::array<float, 9> R = frame.rotation;
   const std::array<float, 3> t = frame.origin_m;
+  if (count == 0) return 0;
   const float* in = points_m->data();
   float* const x = rays.point_m[0].data();
   float* const y = rays.point_m[1].data();

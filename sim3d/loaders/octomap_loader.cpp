@@ -3,6 +3,7 @@
 #include "sim3d/loaders/voxel_faces.hpp"
 
 #include <cmath>
+#include <vector>
 
 namespace stairwell::sim3d {
 
@@ -55,7 +56,6 @@ class TreeReader {
   TreeReader(std::string_view bytes, const Header& header, const std::filesystem::path& file)
       : bytes_(bytes), file_(file), position_(header.body) {}
 
-  SolidVoxels solid{};
   std::size_t nodes = 0;
 
   /// .bt: two bytes per inner node, two bits per child (1 free, 2 occupied, 3 inner; low bit first).
@@ -92,6 +92,7 @@ class TreeReader {
       }
       return;
     }
+    require(0, depth);
     for (int i = 0; i < 8; ++i) {
       if ((children >> i & 1) != 0) {
         read_full_node(extra_bytes, depth + 1, child_x(x, depth, i), child_y(y, depth, i), child_z(z, depth, i));
@@ -99,7 +100,20 @@ class TreeReader {
     }
   }
 
-  bool finished() const { return position_ == bytes_.size(); }
+  SolidVoxels solid() const {
+    SolidVoxels found;
+    found.reserve(static_cast<std::size_t>(cells_));
+    for (const auto& [x, y, z, edge] : leaves_) {
+      for (std::int64_t dz = 0; dz < edge; ++dz) {
+        for (std::int64_t dy = 0; dy < edge; ++dy) {
+          for (std::int64_t dx = 0; dx < edge; ++dx) {
+            found.add(x + dx, y + dy, z + dz);
+          }
+        }
+      }
+    }
+    return found;
+  }
 
  private:
   static std::int64_t half(int depth) { return std::int64_t{1} << (kDepth - 1 - depth); }
@@ -115,23 +129,23 @@ class TreeReader {
 
   void add_leaf(int depth, std::int64_t x, std::int64_t y, std::int64_t z) {
     const std::int64_t edge = std::int64_t{1} << (kDepth - depth);
-    const double cells = std::pow(static_cast<double>(edge), 3);
-    if (cells + static_cast<double>(solid.added()) > static_cast<double>(SolidVoxels::kMaxCount)) {
+    cells_ += edge * edge * edge;
+    if (cells_ > static_cast<std::int64_t>(SolidVoxels::kMaxCount)) {
       fail_input(file_, "has more than " + std::to_string(SolidVoxels::kMaxCount) +
                             " occupied voxels, or is damaged; save it with a coarser resolution");
     }
-    for (std::int64_t dz = 0; dz < edge; ++dz) {
-      for (std::int64_t dy = 0; dy < edge; ++dy) {
-        for (std::int64_t dx = 0; dx < edge; ++dx) {
-          solid.add(x + dx, y + dy, z + dz);
-        }
-      }
-    }
+    leaves_.push_back({x, y, z, edge});
   }
+
+  struct Leaf {
+    std::int64_t x, y, z, edge;
+  };
 
   std::string_view bytes_;
   const std::filesystem::path& file_;
   std::size_t position_;
+  std::int64_t cells_ = 0;
+  std::vector<Leaf> leaves_;  ///< occupied; a damaged file must not cost the memory of its cells
 };
 
 void check_end(const TreeReader& reader, const Header& header, const std::filesystem::path& file) {
@@ -161,7 +175,7 @@ TriangleMesh load_octomap(const std::filesystem::path& file) {
     reader.read_full_node(colour ? 3 : 0, 0, -kHalf, -kHalf, -kHalf);
   }
   check_end(reader, header, file);
-  return reader.solid.exposed_faces(Eigen::Vector3d::Constant(header.resolution_m));
+  return reader.solid().exposed_faces(Eigen::Vector3d::Constant(header.resolution_m));
 }
 
 }  // namespace stairwell::sim3d

@@ -267,8 +267,10 @@ TEST_CASE("extreme numbers neither crash nor hang", "[integrator]") {
   scan.T_world_sensor.translation().x() = 1e6;
   CHECK_THROWS_AS(integrator.integrate(scan, map), InputError);
   scan.T_world_sensor.translation().x() = 50.0;  // far outside the box, and looking away from it
-  scan.points_m = {{1.0F, 0.0F, 0.0F}};
   OccupancyMap untouched(map.grid());
+  scan.points_m.clear();
+  CHECK(integrator.integrate(scan, untouched).points == 0);
+  scan.points_m = {{1.0F, 0.0F, 0.0F}};
   CHECK(integrator.integrate(scan, untouched).voxels_updated == 0);
   CHECK(untouched.known_voxels() == 0);
 }

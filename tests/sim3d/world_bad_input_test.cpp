@@ -72,6 +72,18 @@ TEST_CASE("files that are no worlds are refused with one line that names them") 
   says(write_text("far.obj", "v 0 0 0\nf 1 2 9\n"), "line 2");
   says(write_text("all_nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "none of its triangles is usable");
   says(write_text("words.bt", "something else"), "not an OctoMap file");
+  // A chain of nodes one level deeper than the tree, which no shift may follow.
+  std::string deep = "# Octomap OcTree file\nid OcTree\nsize 18\nres 0.1\ndata\n";
+  for (int level = 0; level < 18; ++level) {
+    deep += std::string("\0\0\0\0\x01", 5);
+  }
+  says(write_text("deep.ot", deep), "truncated or damaged");
+  // Millions of cells in a few bytes, and then the wrong number of nodes.
+  std::string large = "# Octomap OcTree file\nid OcTree\nsize 99\nres 0.1\ndata\n";
+  for (int level = 0; level < 8; ++level) {
+    large += std::string("\0\0\0\0\x01", 5);
+  }
+  says(write_text("large.ot", large + std::string("\0\0\0\0\0", 5)), "its header promises 99 nodes");
   says(write_text("words.3dmap", "pixel 3 3 3\n"), "voxel X Y Z");
   says(write_text("out.3dmap", "voxel 3 3 3\n1 1 1\n1 1 3\n"), "line 3");
   says(write_text("free.3dmap", "voxel 3 3 3\n"), "no geometry");

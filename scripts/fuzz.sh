@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# fuzz.sh [seconds [target...]]: builds the libFuzzer programs of tests/fuzz (preset fuzz) and runs each for that long
+# (default 60) from its kept corpus; FUZZ_BUILD_DIR names another build folder. Exit code 1 after a finding, whose input
+# is kept in <build>/findings/. New inputs gather in <build>/corpus/; `fuzz.sh --merge` takes what they add to the corpus.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+build=${FUZZ_BUILD_DIR:-build/fuzz}
+seconds=60
+if [[ $# -gt 0 ]]; then
+  seconds=$1
+  shift
+fi
+targets=("$@")
+[[ ${#targets[@]} -gt 0 ]] || targets=(fuzz_integrator fuzz_map_readers)
+if [[ "$seconds" == 0 ]]; then
+  echo "fuzz.sh: skipped (0 seconds)"
+  exit 0
+fi
+
+if ! command -v clang++-14 >/dev/null ||
+  [[ ! -e "$(clang++-14 -print-runtime-dir)/libclang_rt.fuzzer-$(uname -m).a" ]]; then
+  echo "fuzz.sh: skipped: clang-14 and libclang-rt-14-dev are not installed" >&2
+  exit 0
+fi
+
+cmake --preset fuzz -B "$build" >/dev/null
+cmake --build "$build" -j "$(nproc)" --target "${targets[@]}"
+
+# The largest sound input needs some 100 MB; one that asks for more is a finding, as is one that takes 20 seconds.
+limits=(-rss_limit_mb=3000 -malloc_limit_mb=1000 -timeout=20 -max_len=4000)
+mkdir -p "$build/findings"
+failed=0
+summary=""
+for target in "${targets[@]}"; do
+  kept=tests/fuzz/corpus/$target
+  found=$build/corpus/$target
+  mkdir -p "$found"
+  if [[ "$seconds" == --merge ]]; then
+    merged=$(mktemp -d "$build/merged-XXXXXX")
+    "$build/bin/$target" -merge=1 "${limits[@]}" "$merged" "$kept" "$found" 2>"$build/$target.log" || failed=1
+    rm -rf "$kept" && mv "$merged" "$kept" && chmod 755 "$kept"
+    summary+="$target: $(find "$kept" -type f | wc -l) files, $(du -sb "$kept" | cut -f1) bytes"$'\n'
+    continue
+  fi
+  status=0
+  "$build/bin/$target" "${limits[@]}" -max_total_time="$seconds" -print_final_stats=1 \
+    -artifact_prefix="$build/findings/$target-" "$found" "$kept" >"$build/$target.log" 2>&1 || status=$?
+  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$build/$target.log")
+  counts=$(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$build/$target.log" | tail -1 || true)
+  summary+="$target: ${runs:-?} executions, ${counts:-no coverage}, "
+  if [[ $status -eq 0 ]]; then
+    summary+="nothing found"$'\n'
+  else
+    failed=1
+    summary+="FINDING (see $build/$target.log, input in $build/findings/)"$'\n'
+    grep -E '^fuzzer: |ERROR: |SUMMARY: |Test unit written' "$build/$target.log" || tail -5 "$build/$target.log"
+  fi
+done
+printf '%s' "$summary"
+exit $failed
