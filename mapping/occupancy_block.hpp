@@ -24,7 +24,10 @@ struct BlockChanges {
 };
 
 struct Block {
-  std::array<float, 512> log_odds;
+  using Values = std::array<float, 512>;
+
+  std::unique_ptr<Values> values;   ///< log-odds, cell = 64 * z + 8 * y + x; none where all are the same
+  float uniform = kUnknownLogOdds;  ///< what they all are then
   BlockBits known{};
   BlockBits assumed{};
   BlockBits hit{};
@@ -36,7 +39,24 @@ struct Block {
   bool dirty = false;
   std::unique_ptr<BlockChanges> changes;  ///< only while changes are detected
 
-  Block() { log_odds.fill(kUnknownLogOdds); }
+  float log_odds(std::size_t cell) const { return values != nullptr ? (*values)[cell] : uniform; }
+  /// To write to.
+  Values& open() {
+    if (values == nullptr) {
+      values = std::make_unique<Values>();
+      values->fill(uniform);
+    }
+    return *values;
+  }
+  /// Explored free space ends as blocks of one value: they need no memory, and no work while they stay so.
+  void close_if_all_are(float value) {
+    if (values == nullptr) return;
+    for (const float one : *values) {
+      if (one != value) return;
+    }
+    values.reset();
+    uniform = value;
+  }
 };
 
 /// What an update of a block leaves to be done when no other thread is at work.
