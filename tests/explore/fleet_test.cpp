@@ -1,11 +1,11 @@
-#include "core/errors.hpp"
 #include "explore/fleet.hpp"
+#include "core/errors.hpp"
 #include "mapping/octomap_io.hpp"
 #include "sim3d/ground_truth.hpp"
 #include "tests/explore/toy_building.hpp"
 
-#include <catch2/catch.hpp>
 #include <octomap/OcTree.h>
+#include <catch2/catch.hpp>
 
 #include <filesystem>
 #include <limits>
@@ -157,6 +157,21 @@ TEST_CASE("a fleet refuses what it cannot fly with") {
   config.resolution_m = std::numeric_limits<double>::quiet_NaN();
   ToySimulation sim(test::two_rooms(), test::toy_config(), {{1.0, 1.0, 1.0}});
   CHECK_THROWS_AS(Fleet(config, sim.doors(), log, no_clock), InputError);
+}
+
+TEST_CASE("settings that must be positive are named when they are not") {
+  using explore::FleetConfig;
+  CHECK(test::toy_config().problems().empty());
+  for (double FleetConfig::*const setting :
+       {&FleetConfig::resolution_m, &FleetConfig::step_delta_m, &FleetConfig::step_period_s, &FleetConfig::time_limit_s,
+        &FleetConfig::radial_scan_radps, &FleetConfig::replan_period_s, &FleetConfig::patience_s,
+        &FleetConfig::blacklist_radius_m, &FleetConfig::blacklist_time_s}) {
+    for (const double value : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+      FleetConfig config = test::toy_config();
+      config.*setting = value;
+      CHECK(config.problems().size() == 1);
+    }
+  }
 }
 
 TEST_CASE("the run stops when asked and at its time limit") {

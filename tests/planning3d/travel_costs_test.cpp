@@ -98,6 +98,12 @@ TEST_CASE("travel costs are what a plain Dijkstra finds", "[travel_costs]") {
       CHECK(path_m.empty() == std::isinf(distance_m));
       double length_m = 0.0;
       for (std::size_t i = 0; i + 1 < path_m.size(); ++i) length_m += (path_m[i + 1] - path_m[i]).norm();
+      for (std::size_t i = 1; i + 1 < path_m.size(); ++i) {  // centres of cells that can be reached
+        const Eigen::Array3d cells = (path_m[i] - space.grid().box().min_m).array() / (stride * 0.1) - 0.5;
+        if ((cells - cells.round()).abs().maxCoeff() > 1e-6 || std::isinf(costs.distance_m(path_m[i]))) {
+          FAIL("no centre of a cell on the way: " << path_m[i].transpose());
+        }
+      }
       if (!path_m.empty()) CHECK(std::abs(length_m - distance_m) < 2.0 * stride * 0.1 * std::sqrt(3.0));
     }
   }
