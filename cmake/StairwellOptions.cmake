@@ -57,6 +57,8 @@ if(STAIRWELL_FUZZ)
     -fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/../tests/fuzz/vendor_headers.txt)
   # GCC defines this one; the functions with several instruction sets look for it.
   add_compile_definitions(__SANITIZE_ADDRESS__=1)
+  # libFuzzer's own name for lower limits.
+  add_compile_definitions(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
   add_link_options(-fsanitize=address,undefined)
 endif()
 if(STAIRWELL_COVERAGE)

@@ -20,7 +20,14 @@ namespace {
 constexpr int kKeyOffset = 32768;
 constexpr unsigned kTreeDepth = 16;
 /// About 2.5 GiB of blocks: what a tree with a few huge leaves may expand to.
+#if defined(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION)
+constexpr double kMaxExpandedVoxels = 2e5;  // a fuzzer's time is short
+constexpr std::size_t kMaxBoxVoxels = 20'000'000;
+#else
 constexpr double kMaxExpandedVoxels = 5e8;
+/// A map holds a byte for every voxel of its box.
+constexpr std::size_t kMaxBoxVoxels = 8'000'000'000;
+#endif
 
 /// A stream over bytes that somebody else owns.
 class ByteBuffer : public std::streambuf {
@@ -89,7 +96,12 @@ GridSpec grid_of(const octomap::OcTree& tree) {
     box.min_m[axis] = (lo[static_cast<std::size_t>(axis)] - kKeyOffset) * resolution_m;
     box.max_m[axis] = (hi[static_cast<std::size_t>(axis)] - kKeyOffset) * resolution_m;
   }
-  return {box, resolution_m};
+  const GridSpec grid(box, resolution_m);
+  if (grid.voxel_count() > kMaxBoxVoxels) {
+    throw InputError("the OctoMap's voxels lie too far apart (its box has " + std::to_string(grid.voxel_count()) +
+                     " voxels): choose a smaller box");
+  }
+  return grid;
 }
 
 void write_checked(const octomap::OcTree& tree, const std::filesystem::path& file, OctomapFormat format) {

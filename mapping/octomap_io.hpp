@@ -34,7 +34,8 @@ std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file);
 std::unique_ptr<octomap::OcTree> parse_octree(std::string_view content, const std::string& name);
 
 /// Copies the tree's leaves (expanded to single voxels) and its sensor model into a map over the tree's own bounding
-/// box, or over `grid`. @throws InputError for an empty tree, another resolution, or more than 5e8 voxels.
+/// box, or over `grid`. @throws InputError for an empty tree, another resolution, more than 5e8 voxels, or a
+/// tree's own box of more than 8e9.
 OccupancyMap map_from_octree(const octomap::OcTree& tree);
 OccupancyMap map_from_octree(const octomap::OcTree& tree, const GridSpec& grid);
 

@@ -100,6 +100,8 @@ class TreeReader {
     }
   }
 
+  bool finished() const { return position_ == bytes_.size(); }
+
   SolidVoxels solid() const {
     SolidVoxels found;
     found.reserve(static_cast<std::size_t>(cells_));
@@ -152,6 +154,9 @@ void check_end(const TreeReader& reader, const Header& header, const std::filesy
   if (reader.nodes != header.size) {
     fail_input(file, "is damaged: its header promises " + std::to_string(header.size) + " nodes, its data hold " +
                          std::to_string(reader.nodes) + "; save it again");
+  }
+  if (!reader.finished()) {
+    fail_input(file, "is damaged: bytes are left over after the last node; save it again");
   }
 }
 

@@ -201,6 +201,13 @@ TEST_CASE("a small file with a huge leaf does not become a huge map", "[io]") {
   CHECK(map_from_octree(*tree, grid).occupied_voxels() == 1000);
 }
 
+TEST_CASE("two voxels far apart do not become a huge map", "[io]") {
+  octomap::OcTree tree(0.1);
+  tree.updateNode(octomap::point3d(0.0F, 0.0F, 0.0F), true);
+  tree.updateNode(octomap::point3d(400.0F, 400.0F, 400.0F), true);
+  CHECK_THROWS_AS(map_from_octree(tree), InputError);
+}
+
 TEST_CASE("a full disk or an unwritable folder leaves what was there", "[io]") {
   const OccupancyMap map = sample_map();
   const fs::path file = scratch("kept.ot");
