@@ -4,8 +4,8 @@
 #include "mapping/distance_pass.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace stairwell::mapping {
@@ -59,7 +59,9 @@ DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacle
   const auto far = static_cast<std::uint16_t>(truncation_cells_ * truncation_cells_);
   outside_ = obstacles == Obstacles::kBlocked ? std::uint16_t{0} : far;
   squared_.assign(grid.voxel_count(), far);
-  obstacle_.assign(grid.voxel_count(), obstacles == Obstacles::kBlocked ? std::uint8_t{1} : std::uint8_t{0});
+  row_words_ = (static_cast<std::size_t>(grid.size()[0]) + 63) / 64;
+  obstacle_.assign(row_words_ * static_cast<std::size_t>(grid.size()[1]) * static_cast<std::size_t>(grid.size()[2]),
+                   obstacles == Obstacles::kBlocked ? ~std::uint64_t{0} : std::uint64_t{0});
 }
 
 double DistanceField::distance_m(const VoxelIndex& v) const {
@@ -73,11 +75,12 @@ bool DistanceField::read_obstacles(const OccupancyMap& map, const VoxelBox& box,
     for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
       for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
         const bool now = obstacles_ == Obstacles::kBlocked ? map.blocked(v) : map.at(v) == Occupancy::kOccupied;
-        std::uint8_t& stored = obstacle_[grid_.linear(v)];
-        if ((stored != 0) == now) {
+        std::uint64_t& stored = obstacle_[row_of(v.y, v.z) + static_cast<std::size_t>(v.x >> 6)];
+        const std::uint64_t bit = std::uint64_t{1} << (v.x & 63);
+        if (((stored & bit) != 0) == now) {
           continue;
         }
-        stored = now ? 1 : 0;
+        stored ^= bit;
         changed = any ? united(changed, {v, v}) : VoxelBox{v, v};
         any = true;
       }
@@ -169,12 +172,22 @@ bool DistanceField::read_row(int first_x, int count, int y, int z) {
   line_.assign(static_cast<std::size_t>(count + 2 * truncation_cells_), far);
   const int from = std::max(begin, 0);
   const int to = std::min(first_x + count + truncation_cells_, grid_.size()[0]);
-  const std::uint8_t* const obstacle = obstacle_.data() + grid_.linear({0, y, z});
-  if (std::memchr(obstacle + from, 1, static_cast<std::size_t>(to - from)) == nullptr) return false;
-  for (int x = from; x < to; ++x) {
-    line_[static_cast<std::size_t>(x - begin)] = obstacle[x] != 0 ? std::int16_t{0} : far;
+  const std::uint64_t* const words = obstacle_.data() + row_of(y, z);
+  bool any = false;
+  for (int word = from >> 6; word <= (to - 1) >> 6; ++word) {
+    std::uint64_t bits = words[word];
+    if (word == from >> 6) bits &= ~std::uint64_t{0} << (from & 63);
+    if (word == (to - 1) >> 6) bits &= ~std::uint64_t{0} >> (63 - ((to - 1) & 63));
+    any = any || bits != 0;
+    std::int16_t* const out = line_.data() + word * 64 - begin;
+    while (bits != 0) {  // in runs
+      const int first = std::countr_zero(bits);
+      const int length = std::countr_one(bits >> first);
+      std::fill_n(out + first, length, std::int16_t{0});
+      bits &= length + first < 64 ? ~std::uint64_t{0} << (first + length) : 0;
+    }
   }
-  return true;
+  return any;
 }
 
 /// For kBlocked the nearest cell outside the grid lies straight along some axis.

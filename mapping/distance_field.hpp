@@ -42,6 +42,10 @@ class DistanceField {
   /// Re-reads a block; true, and the box of the voxels that changed, if any did.
   bool read_obstacles(const OccupancyMap& map, const VoxelBox& box, VoxelBox& changed);
   void recompute(const VoxelBox& box);
+  std::size_t row_of(int y, int z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.size()[1]) + static_cast<std::size_t>(y)) *
+           row_words_;
+  }
   bool read_row(int first_x, int count, int y, int z);
   void write_row(const Range& x, int y, int z);
 
@@ -54,7 +58,8 @@ class DistanceField {
   bool fresh_ = true;
   std::uint64_t seen_revision_ = 0;  ///< of the map
   std::vector<std::uint16_t> squared_;
-  std::vector<std::uint8_t> obstacle_;
+  std::vector<std::uint64_t> obstacle_;  ///< a bit per voxel, every row begins a word
+  std::size_t row_words_ = 0;
   std::vector<std::int16_t> along_x_, along_xy_, line_;  ///< scratch
 };
 
