@@ -106,21 +106,20 @@ FrontierFinder::FrontierFinder(const GridSpec& grid, const FrontierConfig& confi
   if (config.box.intersection(grid.box()).empty()) throw InputError("frontiers: the task box lies outside the map");
   box_ = voxels_inside(grid, config.box);
   if (empty(box_)) throw InputError("frontiers: the task box holds no voxel centre of the map");
-  extent_ = {static_cast<std::size_t>(box_.hi.x - box_.lo.x + 1), static_cast<std::size_t>(box_.hi.y - box_.lo.y + 1),
-             static_cast<std::size_t>(box_.hi.z - box_.lo.z + 1)};
-  label_.assign(extent_[0] * extent_[1] * extent_[2], kNone);
+  const VoxelIndex extent = box_.hi - box_.lo;
+  label_ = mapping::SparseGrid<std::uint32_t>({extent.x + 1, extent.y + 1, extent.z + 1});
 }
 
 void FrontierFinder::switch_on(const VoxelIndex& v) {
-  label_[offset(v)] = kLoose;
+  label_.set(offset(v), kLoose);
   ++voxel_count_;
   switched_on_.push_back(v);
 }
 
 void FrontierFinder::switch_off(const VoxelIndex& v) {
-  std::uint32_t& label = label_[offset(v)];
+  const std::uint32_t label = label_.get(offset(v));
   if (label > kLoose) touched_.push_back(label);
-  label = kNone;
+  label_.set(offset(v), kNone);
   --voxel_count_;
 }
 
@@ -133,7 +132,7 @@ void FrontierFinder::examine(const mapping::OccupancyMap& map, const mapping::Vo
       for (int x = range.lo.x; x <= range.hi.x; ++x) {
         const VoxelIndex v{x, y, z};
         const bool now = window.frontier(v, config_);
-        const bool before = label_[offset(v)] != kNone;
+        const bool before = label_.get(offset(v)) != kNone;
         if (now && !before) switch_on(v);
         if (!now && before) switch_off(v);
       }
@@ -143,9 +142,8 @@ void FrontierFinder::dissolve(std::uint32_t id, std::vector<VoxelIndex>& loose) 
   const auto found = clusters_.find(id);
   if (found == clusters_.end()) return;
   for (const VoxelIndex& v : found->second.cells) {
-    std::uint32_t& label = label_[offset(v)];
-    if (label != id) continue;
-    label = kLoose;
+    if (label_.get(offset(v)) != id) continue;
+    label_.set(offset(v), kLoose);
     loose.push_back(v);
   }
   clusters_.erase(found);
@@ -155,7 +153,7 @@ std::vector<VoxelIndex> FrontierFinder::grow(const VoxelIndex& seed, std::vector
   const double crumb_m2 = 4.0 * config_.min_area_m2;
   std::vector<VoxelIndex> cells{seed};
   const std::uint32_t growing = next_id_;
-  label_[offset(seed)] = growing;
+  label_.set(offset(seed), growing);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const VoxelIndex center = cells[i];
     for (int z = -1; z <= 1; ++z)
@@ -163,14 +161,14 @@ std::vector<VoxelIndex> FrontierFinder::grow(const VoxelIndex& seed, std::vector
         for (int x = -1; x <= 1; ++x) {
           const VoxelIndex v = center + VoxelIndex{x, y, z};
           if (!inside(v)) continue;
-          std::uint32_t& label = label_[offset(v)];
+          const std::uint32_t label = label_.get(offset(v));
           if (label == kNone || label == growing) continue;
           if (label != kLoose) {  // a crumb beside a cluster that is rebuilt anyway joins it
             const auto neighbour = clusters_.find(label);
             if (neighbour == clusters_.end() || neighbour->second.area_m2 > crumb_m2) continue;
             dissolve(label, loose);
           }
-          label = growing;
+          label_.set(offset(v), growing);
           cells.push_back(v);
         }
   }
@@ -187,7 +185,7 @@ void FrontierFinder::store(std::vector<VoxelIndex> cells) {
     cluster.center_m += center_m;
     cluster.bounds_m.extend(center_m - half);
     cluster.bounds_m.extend(center_m + half);
-    label_[offset(v)] = cluster.id;
+    label_.set(offset(v), cluster.id);
   }
   cluster.center_m /= static_cast<double>(cells.size());
   cluster.area_m2 = static_cast<double>(cells.size()) * grid_.resolution_m() * grid_.resolution_m();
@@ -234,7 +232,8 @@ void FrontierFinder::update(const mapping::OccupancyMap& map) {
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x) {
           const VoxelIndex v = center + VoxelIndex{x, y, z};
-          if (inside(v) && label_[offset(v)] > kLoose) touched_.push_back(label_[offset(v)]);
+          const std::uint32_t label = inside(v) ? label_.get(offset(v)) : kNone;
+          if (label > kLoose) touched_.push_back(label);
         }
   std::sort(touched_.begin(), touched_.end());
   touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
@@ -243,7 +242,7 @@ void FrontierFinder::update(const mapping::OccupancyMap& map) {
   loose.insert(loose.end(), switched_on_.begin(), switched_on_.end());
   for (std::size_t i = 0; i < loose.size(); ++i) {
     const VoxelIndex seed = loose[i];
-    if (label_[offset(seed)] == kLoose) store_split(grow(seed, loose));
+    if (label_.get(offset(seed)) == kLoose) store_split(grow(seed, loose));
   }
 }
 

@@ -3,10 +3,10 @@
 #include "core/aabb.hpp"
 #include "core/grid_spec.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "mapping/sparse_grid.hpp"
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -49,7 +49,7 @@ class FrontierFinder {
 
   const FrontierConfig& config() const { return config_; }
   const mapping::VoxelBox& box() const { return box_; }
-  bool contains(const VoxelIndex& v) const { return inside(v) && label_[offset(v)] != kNone; }
+  bool contains(const VoxelIndex& v) const { return inside(v) && label_.get(offset(v)) != kNone; }
   std::size_t voxel_count() const { return voxel_count_; }
   /// All clusters by id, the ones too small for a visit too.
   const std::map<std::uint32_t, FrontierCluster>& clusters() const { return clusters_; }
@@ -66,11 +66,7 @@ class FrontierFinder {
     return v.x >= box_.lo.x && v.y >= box_.lo.y && v.z >= box_.lo.z && v.x <= box_.hi.x && v.y <= box_.hi.y &&
            v.z <= box_.hi.z;
   }
-  std::size_t offset(const VoxelIndex& v) const {
-    return (static_cast<std::size_t>(v.z - box_.lo.z) * extent_[1] + static_cast<std::size_t>(v.y - box_.lo.y)) *
-               extent_[0] +
-           static_cast<std::size_t>(v.x - box_.lo.x);
-  }
+  VoxelIndex offset(const VoxelIndex& v) const { return v - box_.lo; }
   void examine(const mapping::OccupancyMap& map, const mapping::VoxelBox& block);
   void switch_on(const VoxelIndex& v);
   void switch_off(const VoxelIndex& v);
@@ -82,8 +78,7 @@ class FrontierFinder {
   GridSpec grid_;
   FrontierConfig config_;
   mapping::VoxelBox box_;
-  std::array<std::size_t, 3> extent_{};
-  std::vector<std::uint32_t> label_;
+  mapping::SparseGrid<std::uint32_t> label_;
   std::size_t voxel_count_ = 0;
   std::uint64_t revision_ = 0;
   std::uint32_t next_id_ = 2;

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace stairwell::planning3d {
 
 namespace {
 
 constexpr double kSnap_m = 0.3;
+constexpr std::size_t kMostWritten = 20'000'000;  ///< expansions until the memory of old searches is given back
 constexpr std::uint8_t kNoMove = kGridMoves.size();
 
 bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
@@ -43,15 +45,15 @@ struct AstarPlanner::Search {
 
 void AstarPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
   lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
-  if (!(grid_ == space.grid()) || nodes_.empty()) {
+  const bool crowded = written_ > kMostWritten;
+  if (!(grid_ == space.grid()) || nodes_.empty() || crowded || stamp_ == std::numeric_limits<std::uint32_t>::max()) {
     grid_ = space.grid();
-    nodes_.assign(grid_.voxel_count(), Node{0.0F, 0, kNoMove, false});
+    nodes_ = {};  // first, so that there are never two
+    nodes_ = LazyArray<Node>(grid_.voxel_count());
     stamp_ = 0;
+    written_ = 0;
   }
-  if (++stamp_ == 0) {  // wrapped around: old stamps would look new
-    for (Node& node : nodes_) node.stamp = 0;
-    stamp_ = 1;
-  }
+  ++stamp_;
   open_.clear();
 
   const int most = space.blocked_distance().truncation_cells();
@@ -221,6 +223,7 @@ PlanResult AstarPlanner::plan(const FreeSpace& space, const PlanRequest& request
   prepare(space, request);
   result.status = this->search(search);
   result.expansions = search.expansions;
+  written_ += search.expansions;
   if (result.status != PlanStatus::kReached) return result;
   lattice_cost_m_ = static_cast<double>(nodes_[grid_.linear(goal)].g) * grid_.resolution_m();
   result.path_m = pull(search, trace(search));

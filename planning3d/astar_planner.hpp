@@ -1,5 +1,6 @@
 #pragma once
 
+#include "planning3d/lazy_array.hpp"
 #include "planning3d/planner.hpp"
 #include "planning3d/segment_check.hpp"
 
@@ -31,7 +32,7 @@ class AstarPlanner final : public Planner {
  private:
   struct Node {
     float g;
-    std::uint32_t stamp;
+    std::uint32_t stamp;  ///< of the search that wrote the rest; 0 = none yet
     std::uint8_t from;
     bool closed;
   };
@@ -49,7 +50,8 @@ class AstarPlanner final : public Planner {
 
   Config config_{};
   GridSpec grid_;
-  std::vector<Node> nodes_;
+  LazyArray<Node> nodes_;
+  std::size_t written_ = 0;  ///< expansions since nodes_ was made
   std::vector<Open> open_;
   std::vector<float> nearness_;      ///< by squared distance in cells
   std::vector<std::uint8_t> level_;  ///< by z: horizontal moves allowed
