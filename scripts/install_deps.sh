@@ -11,6 +11,9 @@ packages=(
   python3
 )
 
+# For scripts/fuzz.sh, which does without.
+optional=(clang-14 libclang-rt-14-dev)
+
 fail() {
   echo "install_deps.sh: $*" >&2
   exit 1
@@ -18,23 +21,42 @@ fail() {
 
 command -v dpkg-query >/dev/null || fail "this is not a Debian system; install these by hand: ${packages[*]}"
 
-missing=()
-for package in "${packages[@]}"; do
-  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
-  [[ "$status" == installed ]] || missing+=("$package")
-done
-if [[ ${#missing[@]} -eq 0 ]]; then
+# The packages named that are not installed.
+not_installed() {
+  local package
+  for package in "$@"; do
+    if [[ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ]]; then
+      echo "$package"
+    fi
+  done
+}
+
+mapfile -t missing < <(not_installed "${packages[@]}")
+mapfile -t missing_optional < <(not_installed "${optional[@]}")
+if [[ ${#missing[@]} -eq 0 && ${#missing_optional[@]} -eq 0 ]]; then
   exit 0
 fi
 
 as_root=()
 if [[ $(id -u) -ne 0 ]]; then
-  command -v sudo >/dev/null || fail "not root and no sudo; as root run: apt-get install ${missing[*]}"
+  if ! command -v sudo >/dev/null; then
+    [[ ${#missing[@]} -eq 0 ]] && exit 0
+    fail "not root and no sudo; as root run: apt-get install ${missing[*]}"
+  fi
   as_root=(sudo)
 fi
 
-echo "Installing with apt: ${missing[*]}"
+echo "Installing with apt: ${missing[*]} ${missing_optional[*]}"
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o Acquire::Retries=3)
-"${apt[@]}" update </dev/null || fail "'apt-get update' failed: is the network up and /etc/apt/sources.list right?"
-"${apt[@]}" install -y --no-install-recommends "${missing[@]}" </dev/null ||
-  fail "apt could not install: ${missing[*]} (Debian 12 has all of them; see apt's message above)"
+if ! "${apt[@]}" update </dev/null; then
+  [[ ${#missing[@]} -eq 0 ]] && exit 0
+  fail "'apt-get update' failed: is the network up and /etc/apt/sources.list right?"
+fi
+if [[ ${#missing[@]} -gt 0 ]]; then
+  "${apt[@]}" install -y --no-install-recommends "${missing[@]}" </dev/null ||
+    fail "apt could not install: ${missing[*]} (Debian 12 has all of them; see apt's message above)"
+fi
+if [[ ${#missing_optional[@]} -gt 0 ]]; then
+  "${apt[@]}" install -y --no-install-recommends "${missing_optional[@]}" </dev/null ||
+    echo "install_deps.sh: no fuzzing: apt could not install ${missing_optional[*]}" >&2
+fi
