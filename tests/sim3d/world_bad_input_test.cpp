@@ -83,7 +83,8 @@ TEST_CASE("files that are no worlds are refused with one line that names them") 
   for (int level = 0; level < 8; ++level) {
     large += std::string("\0\0\0\0\x01", 5);
   }
-  says(write_text("rest.bt", std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\nres 1\ndata\n\x01\0more", 63)),
+  says(write_text("rest.bt",
+                  std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\nres 1\ndata\n\x01\0more", 63)),
        "left over");
   says(write_text("large.ot", large + std::string("\0\0\0\0\0", 5)), "its header promises 99 nodes");
   says(write_text("words.3dmap", "pixel 3 3 3\n"), "voxel X Y Z");
