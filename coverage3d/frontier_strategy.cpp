@@ -120,8 +120,7 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const C
   costs_.resize(crew.uavs.size());
   const planning3d::MotionRule rule = motion_rule();
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
-    costs_[k].compute(space, crew.start_m[k], rule, std::numeric_limits<double>::infinity(),
-                      k > 0 ? &costs_.front() : nullptr);
+    costs_[k].compute(space, crew.start_m[k], rule, std::numeric_limits<double>::infinity(), &lattice_);
   }
 }
 

@@ -94,6 +94,7 @@ class FrontierStrategy : public CoverageStrategy {
   TargetBook book_;
   TravelBook travel_;
   Blacklist blacklist_;
+  planning3d::PassableLattice lattice_;
   std::vector<planning3d::TravelCosts> costs_;
   std::deque<GivenGoal> given_;
   std::optional<double> start_height_m_;

@@ -38,7 +38,9 @@ void TravelBook::begin(const planning3d::FreeSpace& space, const planning3d::Mot
   rule_ = rule;
   ++round_;
   new_fields_left_ = new_fields;
-  stride_ = std::max(1, static_cast<int>(std::lround(kFieldCell_m / space.grid().resolution_m())));
+  const int stride = std::max(1, static_cast<int>(std::lround(kFieldCell_m / space.grid().resolution_m())));
+  if (stride != stride_) lattice_ = planning3d::PassableLattice(stride);
+  stride_ = stride;
   const double cells = static_cast<double>(space.grid().voxel_count()) / std::pow(stride_, 3);
   most_fields_ = static_cast<std::size_t>(std::clamp(kFieldBytes / (cells * kBytesPerCell), 4.0, 48.0));
   std::erase_if(fields_, [&](const auto& entry) { return round_ - entry.second.made > kRounds; });
@@ -55,7 +57,7 @@ const TravelBook::Field* TravelBook::field_near(const planning3d::FreeSpace& spa
     fields_.erase(std::min_element(fields_.begin(), fields_.end(),
                                    [](const auto& a, const auto& b) { return a.second.made < b.second.made; }));
   Field field{planning3d::TravelCosts(stride_), position_m, round_};
-  field.costs.compute(space, position_m, rule_, kFieldReach_m);
+  field.costs.compute(space, position_m, rule_, kFieldReach_m, &lattice_);
   return &fields_.emplace(key, std::move(field)).first->second;
 }
 

@@ -34,6 +34,7 @@ class TravelBook {
   int new_fields_left_ = 0;
   std::size_t most_fields_ = 8;
   int stride_ = 1;
+  planning3d::PassableLattice lattice_{1};
 };
 
 /// Whether the straight segment stays in traversable voxels (and, under the slice rule, is level).

@@ -4,6 +4,7 @@
 #include "mapping/distance_pass.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,7 @@ namespace stairwell::mapping {
 namespace {
 
 constexpr int kMaxTruncation_cells = 127;  // sums of two squares fit into int16
+constexpr std::size_t kMostChanges = 512;  // boxes
 constexpr int kTile = 256;                 // cells a side that are recomputed at once
 
 VoxelBox grown(const VoxelBox& box, int by, const std::array<int, 3>& size) {
@@ -64,6 +66,21 @@ DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacle
                    obstacles == Obstacles::kBlocked ? ~std::uint64_t{0} : std::uint64_t{0});
 }
 
+std::uint64_t DistanceField::Id::next() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+bool DistanceField::for_each_change_since(std::uint64_t revision,
+                                          const std::function<void(const VoxelBox&)>& visit) const {
+  if (revision >= revision_) return revision == revision_;
+  if (revision < forgotten_) return false;
+  for (const Change& change : changes_) {
+    if (change.revision > revision) visit(change.box);
+  }
+  return true;
+}
+
 double DistanceField::distance_m(const VoxelIndex& v) const {
   return grid_.resolution_m() * std::sqrt(static_cast<double>(squared_cells(v)));
 }
@@ -105,6 +122,13 @@ void DistanceField::update(const OccupancyMap& map) {
   }
   if (!boxes.empty()) {
     ++revision_;
+  }
+  for (const VoxelBox& box : boxes) {
+    changes_.push_back({revision_, box});
+  }
+  while (changes_.size() > kMostChanges) {
+    forgotten_ = changes_.front().revision;
+    changes_.pop_front();
   }
   for (const VoxelBox& box : boxes) {
     for (int z = box.lo.z; z <= box.hi.z; z += kTile) {

@@ -4,6 +4,8 @@
 #include "mapping/occupancy_map.hpp"
 
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <vector>
 
 namespace stairwell::mapping {
@@ -25,6 +27,11 @@ class DistanceField {
   int truncation_cells() const { return truncation_cells_; }
   /// Counts up with every update that may have changed a distance.
   std::uint64_t revision() const { return revision_; }
+  /// Another one for every field and every copy, in this process.
+  std::uint64_t id() const { return id_.value; }
+  /// Visits boxes that hold every voxel whose distance may have changed after `revision`; they may overlap. False, and
+  /// nothing visited, if that is too long ago to be known.
+  bool for_each_change_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
 
   /// Squared cells, capped at truncation_cells()^2; 0 outside the grid for kBlocked.
   std::uint16_t squared_cells(const VoxelIndex& v) const {
@@ -49,6 +56,24 @@ class DistanceField {
   bool read_row(int first_x, int count, int y, int z);
   void write_row(const Range& x, int y, int z);
 
+  struct Id {
+    std::uint64_t value = next();
+    Id() = default;
+    Id(const Id&) {}
+    Id& operator=(const Id&) {
+      value = next();
+      return *this;
+    }
+    static std::uint64_t next();
+  };
+  struct Change {
+    std::uint64_t revision;
+    VoxelBox box;
+  };
+
+  Id id_;
+  std::deque<Change> changes_;   ///< the latest
+  std::uint64_t forgotten_ = 0;  ///< the last revision of which boxes are no longer listed
   GridSpec grid_;
   double truncation_m_ = 0.0;
   int truncation_cells_ = 0;

@@ -44,24 +44,17 @@ struct TravelCosts::Steps {
   std::array<std::vector<Step>, 27> after;
 };
 
-TravelCosts::TravelCosts(int stride) : stride_(stride) {}
+TravelCosts::TravelCosts(int stride) : own_(stride) {}
 TravelCosts::~TravelCosts() = default;
 TravelCosts::TravelCosts(TravelCosts&&) noexcept = default;
 TravelCosts& TravelCosts::operator=(TravelCosts&&) noexcept = default;
 
-void TravelCosts::resize(const GridSpec& grid) {
-  if (!cost_.empty() && grid == grid_) return;
-  grid_ = grid;
-  cell_voxels_ = stride_ > 0 ? stride_ : std::max(1, static_cast<int>(std::lround(0.2 / grid.resolution_m())));
-  std::size_t cells = 1;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    size_[axis] = (grid.size()[axis] + cell_voxels_ - 1) / cell_voxels_ + 2;
-    cells *= static_cast<std::size_t>(size_[axis]);
-  }
-  cost_.assign(cells, kImpassable);
-  direction_.assign(cells, kSource);
-  level_.clear();
-  for (auto& bucket : buckets_) bucket.reserve(cells / 2);
+void TravelCosts::resize(const PassableLattice& lattice) {
+  if (!cost_.empty() && lattice.grid() == grid_ && lattice.size() == size_) return;
+  grid_ = lattice.grid();
+  cell_voxels_ = lattice.cell_voxels();
+  size_ = lattice.size();
+  direction_.assign(lattice.cell_count(), kSource);
   const auto row = static_cast<std::ptrdiff_t>(size_[0]);
   steps_ = std::make_unique<Steps>(Steps{useful_steps(row, row * size_[1])});
 }
@@ -80,34 +73,6 @@ Eigen::Vector3d TravelCosts::center_of_cell(std::size_t cell) const {
                            static_cast<double>(cell / (nx * ny)));
   const double edge_m = cell_voxels_ * grid_.resolution_m();
   return grid_.box().min_m + (at - Eigen::Vector3d::Constant(0.5)) * edge_m;
-}
-
-void TravelCosts::mark_passable(const FreeSpace& space, const MotionRule& rule) {
-  std::fill(cost_.begin(), cost_.end(), kImpassable);
-  const bool slice = rule.kind == MotionRule::Kind::kSlice;
-  if (slice) level_.assign(cost_.size(), 0);
-  const auto& squared = space.blocked_distance().data();
-  const auto least = static_cast<std::uint16_t>(std::min(space.min_squared_cells(), 65535));
-  for (int z = space.lo().z; z <= space.hi().z; ++z) {
-    bool level = false;
-    for (const double height_m : rule.layers_m) level = level || grid_.index_of({0.0, 0.0, height_m}).z == z;
-    for (int y = space.lo().y; y <= space.hi().y; ++y) {
-      const std::uint16_t* const row = squared.data() + grid_.linear({0, y, z});
-      float* const cells = cost_.data() + cell_of({0, y, z});
-      int in_cell = space.lo().x % cell_voxels_;
-      std::size_t cell = static_cast<std::size_t>(space.lo().x / cell_voxels_);
-      for (int x = space.lo().x; x <= space.hi().x; ++x) {
-        if (row[x] >= least) {
-          cells[cell] = kUnreachable;
-          if (slice && level) level_[cell_of({x, y, z})] = 1;
-        }
-        if (++in_cell == cell_voxels_) {
-          in_cell = 0;
-          ++cell;
-        }
-      }
-    }
-  }
 }
 
 void TravelCosts::lower(std::size_t cell, float cost, std::uint8_t direction) {
@@ -139,7 +104,8 @@ void TravelCosts::spread_volume(float limit_cells) {
   }
 }
 
-void TravelCosts::spread_slice(float limit_cells) {
+void TravelCosts::spread_slice(const PassableLattice& lattice, float limit_cells) {
+  const std::vector<std::uint8_t>& flags = lattice.flags();
   std::uint32_t turn = 0;
   for (int empty = 0; empty < 3; ++turn) {
     auto& bucket = buckets_[turn % 3];
@@ -150,7 +116,8 @@ void TravelCosts::spread_slice(float limit_cells) {
       for (const Step& step : steps_->after[kSource]) {
         const GridMove& move = kGridMoves[step.direction];
         const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + step.offset);
-        const bool allowed = move.z == 0 ? level_[cell] != 0 && level_[next] != 0 : move.x == 0 && move.y == 0;
+        const bool allowed =
+            move.z == 0 ? (flags[cell] & flags[next] & PassableLattice::kLevel) != 0 : move.x == 0 && move.y == 0;
         const float through = cost + step.length;
         if (allowed && through < cost_[next] && through <= limit_cells) lower(next, through, step.direction);
       }
@@ -160,23 +127,20 @@ void TravelCosts::spread_slice(float limit_cells) {
 }
 
 void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
-                          double limit_m, const TravelCosts* like) {
-  resize(space.grid());
-  if (like != nullptr && like != this && like->passable_.size() == cost_.size() && like->grid_ == grid_ &&
-      like->cell_voxels_ == cell_voxels_) {
-    cost_ = like->passable_;
-    level_ = like->level_;
-  } else {
-    mark_passable(space, rule);
-    passable_ = cost_;
-  }
+                          double limit_m, PassableLattice* shared) {
+  PassableLattice& lattice = shared != nullptr ? *shared : own_;
+  lattice.update(space, rule);
+  resize(lattice);
+  cost_.resize(lattice.cell_count());
+  std::transform(lattice.flags().begin(), lattice.flags().end(), cost_.begin(),
+                 [](std::uint8_t flags) { return flags != 0 ? kUnreachable : kImpassable; });
   source_m_ = source_m;
   VoxelIndex source;
   if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * grid_.resolution_m()), source)) return;
   const double limit_cells = limit_m / (cell_voxels_ * grid_.resolution_m());
   lower(cell_of(source), 0.0F, kSource);
   if (rule.kind == MotionRule::Kind::kSlice) {
-    spread_slice(static_cast<float>(limit_cells));
+    spread_slice(lattice, static_cast<float>(limit_cells));
   } else {
     spread_volume(static_cast<float>(limit_cells));
   }

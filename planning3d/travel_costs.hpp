@@ -1,7 +1,9 @@
 #pragma once
 
 #include "planning3d/free_space.hpp"
+#include "planning3d/passable_lattice.hpp"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -16,17 +18,16 @@ class TravelCosts {
  public:
   static constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 
-  /// @param stride voxels per cell edge; 0 chooses about 0.2 m.
+  /// @param stride voxels per cell edge; 0: see PassableLattice.
   explicit TravelCosts(int stride = 0);
   ~TravelCosts();
   TravelCosts(TravelCosts&&) noexcept;
   TravelCosts& operator=(TravelCosts&&) noexcept;
 
   /// Recomputes from `source_m`. Cells farther than `limit_m` stay unreachable.
-  /// @param like  costs just computed in the same space under the same rule, from another source: what is passable is
-  /// taken from there instead of being looked up again
+  /// @param shared  a lattice of the same stride, for others as well; it is brought up to date. Null: one of its own
   void compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
-               double limit_m = std::numeric_limits<double>::infinity(), const TravelCosts* like = nullptr);
+               double limit_m = std::numeric_limits<double>::infinity(), PassableLattice* shared = nullptr);
 
   /// Metres along the shortest way; kUnreachable where there is none.
   float distance_m(const VoxelIndex& v) const;
@@ -39,23 +40,20 @@ class TravelCosts {
  private:
   struct Steps;
 
-  void resize(const GridSpec& grid);
-  void mark_passable(const FreeSpace& space, const MotionRule& rule);
+  void resize(const PassableLattice& lattice);
   void spread_volume(float limit_cells);
-  void spread_slice(float limit_cells);
+  void spread_slice(const PassableLattice& lattice, float limit_cells);
   void lower(std::size_t cell, float cost, std::uint8_t direction);
   std::size_t cell_of(const VoxelIndex& v) const;
   Eigen::Vector3d center_of_cell(std::size_t cell) const;
 
-  int stride_;
-  int cell_voxels_ = 1;  ///< stride in use
+  PassableLattice own_;
   GridSpec grid_;
-  int size_[3] = {0, 0, 0};  ///< cells, with a border of one impassable cell on every side
+  int cell_voxels_ = 1;
+  std::array<int, 3> size_{0, 0, 0};
   Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
-  std::vector<float> passable_;          ///< cost_ before any source: impassable or not reached yet
   std::vector<float> cost_;              ///< in cell edges; negative = impassable
   std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
-  std::vector<std::uint8_t> level_;      ///< slice rule: 1 where horizontal moves are allowed
   std::vector<std::uint32_t> buckets_[3];
   std::unique_ptr<Steps> steps_;
 };

@@ -109,6 +109,76 @@ TEST_CASE("travel costs are what a plain Dijkstra finds", "[travel_costs]") {
   }
 }
 
+TEST_CASE("a passable lattice kept up to date equals a new one", "[travel_costs]") {
+  Rng rng = make_rng(5, "lattice");
+  for (int round = 0; round < 12; ++round) {
+    const GridSpec grid({Eigen::Vector3d::Zero(), Eigen::Vector3d(4.3, 3.1, 2.5)}, 0.1);
+    mapping::OccupancyMap map(grid);
+    mapping::DistanceField field(grid, 1.0, mapping::Obstacles::kBlocked);
+    Robot robot;
+    robot.radius_m = 0.2;
+    const int stride = 1 + round % 4;
+    const MotionRule rule = round % 2 == 0 ? MotionRule::volume() : MotionRule::slice({0.75, 1.55});
+    PassableLattice kept(stride);
+    std::ptrdiff_t passable = 0;
+    const bool seldom = round % 3 == 2;  // so much between two looks that the field has forgotten
+    for (int i = 0; i < 40; ++i) {
+      for (int change = 0; change < (seldom ? 40 : 3); ++change) {
+        const Eigen::Vector3d at_m(rng.uniform(0.0, 4.3), rng.uniform(0.0, 3.1), rng.uniform(0.0, 2.5));
+        const double half_m = rng.uniform(0.0, i < 3 ? 2.0 : 0.4);
+        const bool occupied = i > 2 && rng.uniform() < 0.4;
+        const VoxelIndex lo = grid.index_of(at_m - Eigen::Vector3d::Constant(half_m));
+        const VoxelIndex hi = grid.index_of(at_m + Eigen::Vector3d::Constant(half_m));
+        for (int z = lo.z; z <= hi.z; ++z)
+          for (int y = lo.y; y <= hi.y; ++y)
+            for (int x = lo.x; x <= hi.x; ++x) map.update({x, y, z}, occupied);
+        field.update(map);
+      }
+      const FreeSpace space(map, field, robot, grid.box().inflated(-0.1));
+      kept.update(space, rule);
+      PassableLattice fresh(stride);
+      fresh.update(space, rule);
+      REQUIRE(kept.flags() == fresh.flags());
+      passable += std::count(kept.flags().begin(), kept.flags().end(), PassableLattice::kPassable);
+      if (i == 20) {  // another rule, another robot, and back
+        kept.update(space, MotionRule::slice({1.05}));
+        robot.radius_m = 0.3;
+      }
+    }
+    CHECK(passable > 0);
+    // More single changes than the field remembers, then a copy that goes its own way under the same revision.
+    const auto dig = [&](int x) {
+      for (int y = 8; y < 22; ++y)
+        for (int z = 6; z < 18; ++z) map.set_log_odds({x, y, z}, std::nanf(""));
+    };
+    for (int i = 0; i < 600; ++i) {
+      map.set_log_odds({10 + i % 20, 8 + i / 20 % 14, 5 + i / 280 * 5}, i % 2 == 0 ? std::nanf("") : -1.0F);
+      field.update(map);
+    }
+    kept.update(FreeSpace(map, field, robot, grid.box().inflated(-0.1)), rule);
+    PassableLattice after(stride);
+    after.update(FreeSpace(map, field, robot, grid.box().inflated(-0.1)), rule);
+    REQUIRE(kept.flags() == after.flags());
+    map = mapping::OccupancyMap(grid);
+    for (int z = 0; z < grid.size()[2]; ++z)
+      for (int y = 0; y < grid.size()[1]; ++y)
+        for (int x = 0; x < grid.size()[0]; ++x) map.set_log_odds({x, y, z}, -1.0F);
+    field = mapping::DistanceField(grid, 1.0, mapping::Obstacles::kBlocked);
+    field.update(map);
+    mapping::DistanceField other = field;
+    dig(15);
+    field.update(map);
+    kept.update(FreeSpace(map, field, robot, grid.box()), rule);
+    dig(30);
+    other.update(map);
+    const FreeSpace space(map, other, robot, grid.box());
+    kept.update(space, rule);
+    PassableLattice fresh(stride);
+    fresh.update(space, rule);
+    REQUIRE(kept.flags() == fresh.flags());
+  }
+}
+
 TEST_CASE("travel costs of a whole storey are fast", "[travel_costs]") {
   Rng rng = make_rng(2, "costs-speed");
   TestWorld world({20.0, 20.0, 4.0}, 0.1);
