@@ -1,5 +1,6 @@
 #include "planning3d/astar_planner.hpp"
 
+#include "planning3d/cost_tables.hpp"
 #include "planning3d/grid_moves.hpp"
 
 #include <algorithm>
@@ -55,22 +56,8 @@ void AstarPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
   }
   ++stamp_;
   open_.clear();
-
-  const int most = space.blocked_distance().truncation_cells();
-  const double least_cells = std::sqrt(static_cast<double>(space.min_squared_cells()));
-  const double comfort_cells = std::max(1e-9, config_.comfort_m / grid_.resolution_m());
-  nearness_.assign(static_cast<std::size_t>(most) * static_cast<std::size_t>(most) + 1, 0.0F);
-  for (std::size_t squared = 0; squared < nearness_.size(); ++squared) {
-    const double beyond = (std::sqrt(static_cast<double>(squared)) - least_cells) / comfort_cells;
-    const double near = std::clamp(1.0 - beyond, 0.0, 1.0);
-    nearness_[squared] = static_cast<float>(std::max(0.0, request.clearance_weight) * near * near);
-  }
-  level_.assign(static_cast<std::size_t>(grid_.size()[2]), request.rule.kind == MotionRule::Kind::kVolume ? 1 : 0);
-  for (const double height_m : request.rule.layers_m) {
-    if (!std::isfinite(height_m)) continue;
-    const int z = grid_.index_of({0.0, 0.0, height_m}).z;
-    if (z >= 0 && z < grid_.size()[2]) level_[static_cast<std::size_t>(z)] = 1;
-  }
+  nearness_ = nearness_table(space, request.clearance_weight, config_.comfort_m);
+  level_ = level_table(grid_, request.rule);
 }
 
 PlanStatus AstarPlanner::search(Search& search) {

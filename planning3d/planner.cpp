@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "planning3d/apf_planner.hpp"
 #include "planning3d/astar_planner.hpp"
+#include "planning3d/theta_planner.hpp"
 
 #include <string>
 
@@ -31,7 +32,7 @@ const char* to_string(PlanStatus status) {
   return "?";
 }
 
-std::vector<std::string_view> planner_names() { return {"astar", "apf"}; }
+std::vector<std::string_view> planner_names() { return {"astar", "theta", "apf"}; }
 
 std::unique_ptr<Planner> make_planner(std::string_view name) {
   if (name == "astar") {
@@ -39,6 +40,7 @@ std::unique_ptr<Planner> make_planner(std::string_view name) {
     config.heuristic_weight = kHeuristicWeight;
     return std::make_unique<AstarPlanner>(config);
   }
+  if (name == "theta") return std::make_unique<ThetaPlanner>();
   if (name == "apf") return std::make_unique<ApfPlanner>();
   std::string message("unknown planner '");
   message.append(name).append("'; known:");

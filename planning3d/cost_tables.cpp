@@ -1,0 +1,32 @@
+#include "planning3d/cost_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stairwell::planning3d {
+
+std::vector<float> nearness_table(const FreeSpace& space, double clearance_weight, double comfort_m) {
+  const auto most = static_cast<std::size_t>(space.blocked_distance().truncation_cells());
+  const double least_cells = std::sqrt(static_cast<double>(space.min_squared_cells()));
+  const double comfort_cells = std::max(1e-9, comfort_m / space.grid().resolution_m());
+  std::vector<float> nearness(most * most + 1, 0.0F);
+  for (std::size_t squared = 0; squared < nearness.size(); ++squared) {
+    const double beyond = (std::sqrt(static_cast<double>(squared)) - least_cells) / comfort_cells;
+    const double near = std::clamp(1.0 - beyond, 0.0, 1.0);
+    nearness[squared] = static_cast<float>(std::max(0.0, clearance_weight) * near * near);
+  }
+  return nearness;
+}
+
+std::vector<std::uint8_t> level_table(const GridSpec& grid, const MotionRule& rule) {
+  const bool anywhere = rule.kind == MotionRule::Kind::kVolume;
+  std::vector<std::uint8_t> level(static_cast<std::size_t>(grid.size()[2]), anywhere ? 1 : 0);
+  for (const double height_m : rule.layers_m) {
+    if (!std::isfinite(height_m)) continue;
+    const int z = grid.index_of({0.0, 0.0, height_m}).z;
+    if (z >= 0 && z < grid.size()[2]) level[static_cast<std::size_t>(z)] = 1;
+  }
+  return level;
+}
+
+}  // namespace stairwell::planning3d

@@ -1,0 +1,283 @@
+#include "planning3d/theta_planner.hpp"
+
+#include "planning3d/cost_tables.hpp"
+#include "planning3d/grid_moves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kSnap_m = 0.3;
+constexpr std::size_t kMostWritten = 20'000'000;  ///< expansions until the memory of old searches is given back
+constexpr int kPullRounds = 12;
+
+bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
+
+float distance(const VoxelIndex& a, const VoxelIndex& b) {
+  const auto x = static_cast<float>(a.x - b.x);
+  const auto y = static_cast<float>(a.y - b.y);
+  const auto z = static_cast<float>(a.z - b.z);
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+}  // namespace
+
+struct ThetaPlanner::Search {
+  const FreeSpace& space;
+  const PlanRequest& request;
+  SegmentCheck check;
+  VoxelIndex start;
+  VoxelIndex goal;
+  Eigen::Vector3d end_m;
+  bool slice;
+  const std::vector<std::uint8_t>& level;
+  float weight;         ///< of the heuristic
+  bool costs_nearness;  ///< else costs are lengths
+  std::size_t expansions = 0;
+
+  /// By the motion rule alone.
+  bool allowed(const VoxelIndex& a, const VoxelIndex& b) const {
+    if (!slice || (a.x == b.x && a.y == b.y)) return true;
+    return a.z == b.z && level[static_cast<std::size_t>(a.z)] != 0;
+  }
+  float near(const VoxelIndex& v, const std::vector<float>& nearness) const {
+    return nearness[space.blocked_distance().squared_cells(v)];
+  }
+  /// A single move between neighbouring voxels, `from` being traversable.
+  bool step_free(const VoxelIndex& from, const GridMove& move) const {
+    const VoxelIndex to{from.x + move.x, from.y + move.y, from.z + move.z};
+    if (!allowed(from, to) || !check.voxel_free(to)) return false;
+    if (std::abs(move.x) + std::abs(move.y) + std::abs(move.z) == 1 || check.roomy(from)) return true;
+    return check.fits(0.5 * (space.grid().center_of(from) + space.grid().center_of(to)));
+  }
+  bool sight(const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const {
+    return allowed(space.grid().index_of(a_m), space.grid().index_of(b_m)) && check.segment_free(a_m, b_m);
+  }
+};
+
+void ThetaPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
+  const bool crowded = written_ > kMostWritten;
+  if (!(grid_ == space.grid()) || nodes_.empty() || crowded || stamp_ == std::numeric_limits<std::uint32_t>::max()) {
+    grid_ = space.grid();
+    nodes_ = {};  // first, so that there are never two
+    nodes_ = LazyArray<Node>(grid_.voxel_count());
+    stamp_ = 0;
+    written_ = 0;
+  }
+  ++stamp_;
+  open_.clear();
+  nearness_ = nearness_table(space, request.clearance_weight, config_.comfort_m);
+  level_ = level_table(grid_, request.rule);
+}
+
+float ThetaPlanner::extra_along(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const {
+  if (!search.costs_nearness) return 0.0F;
+  const auto& field = search.space.blocked_distance();
+  const double length = (b_m - a_m).norm() / grid_.resolution_m();
+  const int pieces = std::max(1, static_cast<int>(std::ceil(length)));
+  double near = 0.0;
+  for (int k = 0; k < pieces; ++k) {
+    const Eigen::Vector3d at_m = a_m + (k + 0.5) / pieces * (b_m - a_m);
+    near += static_cast<double>(nearness_[field.squared_cells(grid_.index_of(at_m))]);
+  }
+  return static_cast<float>(length * near / pieces);
+}
+
+double ThetaPlanner::cost(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const {
+  return (b_m - a_m).norm() / grid_.resolution_m() + static_cast<double>(extra_along(search, a_m, b_m));
+}
+
+void ThetaPlanner::push(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
+  const float g = nodes_[cell].g;
+  open_.push_back({g + search.weight * distance(v, search.goal), g, cell});
+  std::push_heap(open_.begin(), open_.end(),
+                 [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); });
+}
+
+/// SetVertex of the paper: the parent if it is in sight, else (or if that is cheaper) the best closed neighbour.
+/// False when the cost has risen.
+bool ThetaPlanner::check_parent(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
+  Node& node = nodes_[cell];
+  if (node.checked) return true;
+  const float before = node.g;
+  const Eigen::Vector3d here_m = grid_.center_of(v);
+  const Eigen::Vector3d parent_m = grid_.center_of(grid_.voxel(node.parent));
+  node.g = std::numeric_limits<float>::infinity();
+  if (search.sight(parent_m, here_m)) {
+    node.near = extra_along(search, parent_m, here_m);
+    node.g = nodes_[node.parent].g + static_cast<float>((here_m - parent_m).norm() / grid_.resolution_m()) + node.near;
+  }
+  if (search.costs_nearness || std::isinf(node.g)) {
+    for (const GridMove& move : kGridMoves) {
+      const VoxelIndex other{v.x + move.x, v.y + move.y, v.z + move.z};
+      if (!grid_.contains(other)) continue;
+      const auto place = static_cast<std::uint32_t>(grid_.linear(other));
+      const Node& there = nodes_[place];
+      if (there.stamp != stamp_ || !there.closed) continue;
+      const float near = 0.5F * move.length * (search.near(v, nearness_) + search.near(other, nearness_));
+      if (there.g + move.length + near >= node.g || !search.step_free(v, move)) continue;
+      node.g = there.g + move.length + near;
+      node.near = near;
+      node.parent = place;
+    }
+  }
+  node.checked = true;
+  return node.g <= before + 1e-3F;
+}
+
+void ThetaPlanner::expand(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
+  const Node node = nodes_[cell];
+  const VoxelIndex parent = grid_.voxel(node.parent);
+  const float parent_g = nodes_[node.parent].g;
+  const float near = search.near(v, nearness_);
+  for (const GridMove& move : kGridMoves) {
+    const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
+    if (!grid_.contains(to)) continue;
+    const auto next = static_cast<std::uint32_t>(grid_.linear(to));
+    Node& there = nodes_[next];
+    if (there.stamp == stamp_ && there.closed) continue;
+    const float step_near = 0.5F * move.length * (near + search.near(to, nearness_));
+    const bool straight = search.allowed(parent, to);
+    const float extra = straight ? node.near + step_near : step_near;
+    const float g = straight ? parent_g + distance(parent, to) + extra : node.g + move.length + extra;
+    if ((there.stamp == stamp_ && g >= there.g) || !search.step_free(v, move)) continue;
+    there = {g, extra, stamp_, straight ? node.parent : cell, !straight, false};
+    push(search, next, to);
+  }
+}
+
+PlanStatus ThetaPlanner::search(Search& search) {
+  const auto worse = [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); };
+  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
+  const auto last = static_cast<std::uint32_t>(grid_.linear(search.goal));
+  nodes_[first] = {0.0F, 0.0F, stamp_, first, true, false};
+  push(search, first, search.start);
+  while (!open_.empty()) {
+    const Open best = open_.front();
+    std::pop_heap(open_.begin(), open_.end(), worse);
+    open_.pop_back();
+    if (nodes_[best.cell].closed || best.g != nodes_[best.cell].g) continue;
+    const VoxelIndex v = grid_.voxel(best.cell);
+    if (!check_parent(search, best.cell, v)) {
+      push(search, best.cell, v);
+      continue;
+    }
+    nodes_[best.cell].closed = true;
+    if (best.cell == last) return PlanStatus::kReached;
+    if (search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
+    expand(search, best.cell, v);
+  }
+  return PlanStatus::kNoPath;
+}
+
+std::vector<Eigen::Vector3d> ThetaPlanner::trace(const Search& search) const {
+  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
+  std::vector<Eigen::Vector3d> path_m;
+  const auto add = [&path_m](const Eigen::Vector3d& at_m) {
+    if (path_m.empty() || (path_m.back() - at_m).norm() > 1e-9) path_m.push_back(at_m);
+  };
+  add(search.end_m);
+  for (auto cell = static_cast<std::uint32_t>(grid_.linear(search.goal));; cell = nodes_[cell].parent) {
+    add(grid_.center_of(grid_.voxel(cell)));
+    if (cell == first) break;
+  }
+  add(search.request.start_m);
+  std::reverse(path_m.begin(), path_m.end());
+  return path_m;
+}
+
+bool ThetaPlanner::drop_corners(const Search& search, std::vector<Eigen::Vector3d>& path_m) const {
+  bool changed = false;
+  for (std::size_t k = 1; k + 1 < path_m.size();) {
+    const double now = cost(search, path_m[k - 1], path_m[k]) + cost(search, path_m[k], path_m[k + 1]);
+    if (cost(search, path_m[k - 1], path_m[k + 1]) <= 1.002 * now + 1e-6 &&
+        search.sight(path_m[k - 1], path_m[k + 1])) {
+      path_m.erase(path_m.begin() + static_cast<std::ptrdiff_t>(k));
+      changed = true;
+    } else {
+      ++k;
+    }
+  }
+  return changed;
+}
+
+/// To the best of the 26 voxels around it, if that is cheaper.
+bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d>& path_m, std::size_t corner) const {
+  const Eigen::Vector3d& before_m = path_m[corner - 1];
+  const Eigen::Vector3d& after_m = path_m[corner + 1];
+  const VoxelIndex v = grid_.index_of(path_m[corner]);
+  double best = cost(search, before_m, path_m[corner]) + cost(search, path_m[corner], after_m) - 1e-4;
+  bool moved = false;
+  for (const GridMove& move : kGridMoves) {
+    const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
+    if (!search.check.voxel_free(to)) continue;
+    const Eigen::Vector3d at_m = grid_.center_of(to);
+    const double total = cost(search, before_m, at_m) + cost(search, at_m, after_m);
+    if (total >= best || !search.sight(before_m, at_m) || !search.sight(at_m, after_m)) continue;
+    best = total;
+    path_m[corner] = at_m;
+    moved = true;
+  }
+  return moved;
+}
+
+void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path_m) const {
+  if (!config_.pull_string) return;
+  for (int round = 0; round < kPullRounds; ++round) {
+    bool changed = drop_corners(search, path_m);
+    for (std::size_t corner = 1; corner + 1 < path_m.size(); ++corner) {
+      changed = move_corner(search, path_m, corner) || changed;
+    }
+    if (!changed) return;
+  }
+  drop_corners(search, path_m);
+}
+
+PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
+  PlanResult result;
+  VoxelIndex start;
+  VoxelIndex goal;
+  if (!finite(request.start_m) || !space.nearest_traversable(request.start_m, kSnap_m, start)) {
+    result.status = PlanStatus::kStartBlocked;
+    return result;
+  }
+  if (!finite(request.goal_m) || !space.nearest_traversable(request.goal_m, kSnap_m, goal)) {
+    result.status = PlanStatus::kGoalBlocked;
+    return result;
+  }
+  Search search{space,
+                request,
+                SegmentCheck(space, request.keep_out, request.start_m),
+                start,
+                goal,
+                request.goal_m,
+                request.rule.kind == MotionRule::Kind::kSlice,
+                level_,
+                static_cast<float>(std::max(1.0, config_.heuristic_weight)),
+                request.clearance_weight > 0.0};
+  const bool goal_fits = space.grid().index_of(request.goal_m) == goal && search.check.fits(request.goal_m);
+  if (!goal_fits) search.end_m = space.grid().center_of(goal);
+  if (!search.check.voxel_free(goal) || !search.check.outside_keep_out(search.end_m)) {
+    result.status = PlanStatus::kGoalBlocked;
+    return result;
+  }
+  prepare(space, request);
+  result.status = this->search(search);
+  result.expansions = search.expansions;
+  written_ += search.expansions;
+  if (result.status != PlanStatus::kReached) return result;
+  result.path_m = trace(search);
+  if (result.path_m.size() == 1) result.path_m.push_back(result.path_m.front());
+  pull(search, result.path_m);
+  result.length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < result.path_m.size(); ++i) {
+    result.length_m += (result.path_m[i + 1] - result.path_m[i]).norm();
+  }
+  return result;
+}
+
+}  // namespace stairwell::planning3d
