@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "planning3d/apf_planner.hpp"
 #include "planning3d/astar_planner.hpp"
+#include "planning3d/ompl_planner.hpp"
 #include "planning3d/theta_planner.hpp"
 
 #include <string>
@@ -42,6 +43,7 @@ std::unique_ptr<Planner> make_planner(std::string_view name) {
   }
   if (name == "theta") return std::make_unique<ThetaPlanner>();
   if (name == "apf") return std::make_unique<ApfPlanner>();
+  if (auto planner = OmplPlanner::make(name)) return planner;
   std::string message("unknown planner '");
   message.append(name).append("'; known:");
   for (const std::string_view known : planner_names()) message.append(" ").append(known);

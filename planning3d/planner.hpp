@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -22,6 +24,12 @@ struct PlanRequest {
   std::vector<KeepOut> keep_out;
   double clearance_weight = 1.0;           ///< extra cost near obstacles; 0 = shortest path
   std::size_t max_expansions = 5'000'000;  ///< iteration budget: repeatable, unlike a time budget
+  // Planners that sample (OMPL):
+  std::uint64_t seed = 1;
+  std::size_t max_checks = 20'000;  ///< iteration budget: states, motions and rounds asked about
+  /// Time budget beside the iteration budget: none while `clock_s` is empty. Answers then follow the processor.
+  std::function<double()> clock_s;  ///< monotonic seconds
+  double deadline_s = std::numeric_limits<double>::infinity();  ///< by `clock_s`
 };
 
 struct PlanResult {
