@@ -33,7 +33,11 @@ const char* to_string(PlanStatus status) {
   return "?";
 }
 
-std::vector<std::string_view> planner_names() { return {"astar", "theta", "apf"}; }
+std::vector<std::string_view> planner_names() {
+  std::vector<std::string_view> names{"astar", "theta", "apf"};
+  for (const std::string_view name : OmplPlanner::names()) names.push_back(name);
+  return names;
+}
 
 std::unique_ptr<Planner> make_planner(std::string_view name) {
   if (name == "astar") {
