@@ -270,6 +270,7 @@ std::string metrics_json(const RunConfig& config, const explore::Fleet& fleet, c
   j["min_uav_distance_m"] = number(flight.min_distance_m());
   j["collisions"] = flight.collisions();
   j["fallbacks"] = fleet.stats().fallbacks;
+  j["fallback_reasons"] = fleet.stats().fallback_reasons;
   j["plan_ms"] = spread(fleet.stats().plan_ms);
   j["integrate_ms"] = spread(fleet.stats().integrate_ms);
   j["realtime_factor"] = number(wall_s > 0.0 ? fleet.time_s() / wall_s : kNan);

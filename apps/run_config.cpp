@@ -122,9 +122,17 @@ const std::vector<Entry>& task_entries() {
          c.fleet.mode =
              choice<explore::Mode>(t, {{"slice", explore::Mode::kSlice}, {"volume", explore::Mode::kVolume}});
        }},
-      {{"planner", "--planner", "NAME", "astar or apf"},
+      {{"planner", "--planner", "NAME",
+        "astar, theta, apf, rrtconnect, rrtstar, informed_rrtstar, bitstar, abitstar or prmstar"},
        "astar",
        [](RunConfig& c, const std::string& t) { c.fleet.planner = known_name(t, planning3d::planner_names()); }},
+      {{"fallback", "--fallback", "NAME", "planner when that one has no answer: a name, none, or auto (astar)"},
+       "auto",
+       [](RunConfig& c, const std::string& t) {
+         std::vector<std::string_view> names = planning3d::planner_names();
+         names.insert(names.begin(), {"auto", "none"});
+         c.fleet.fallback = known_name(t, names);
+       }},
       {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},

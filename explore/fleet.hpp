@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,9 +26,10 @@ struct UavDoors {
 
 /// Cost and trouble so far.
 struct FleetStats {
-  std::vector<double> plan_ms;       ///< one per decision of a UAV (goal, path, trajectory, checks)
-  std::vector<double> integrate_ms;  ///< one per scan (filter and map)
-  std::size_t fallbacks = 0;         ///< plans answered by another planner than the one asked for
+  std::vector<double> plan_ms;                          ///< one per decision of a UAV (goal, path, trajectory, checks)
+  std::vector<double> integrate_ms;                     ///< one per scan (filter and map)
+  std::size_t fallbacks = 0;                            ///< plans answered by another planner than the one asked for
+  std::map<std::string, std::size_t> fallback_reasons;  ///< as "apf: local minimum"
   std::size_t emergency_stops = 0;
   std::size_t open_targets = 0;  ///< left by the coverage strategy when last asked
   std::size_t unreachable_targets = 0;

@@ -31,6 +31,7 @@ struct FleetConfig {
   Robot robot;
   Mode mode = Mode::kVolume;
   std::string planner = "astar";
+  std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;

@@ -231,7 +231,8 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
   if (flight.outcome == FlightOutcome::kFlying && command(uav, *flight.trajectory)) {
     if (flight.fell_back) {
       ++stats.fallbacks;
-      log.on_event(now_s(), uav.id, "fallback", flight.planner);
+      ++stats.fallback_reasons[flight.not_used];
+      log.on_event(now_s(), uav.id, "fallback", flight.not_used + "; used " + std::string(flight.planner));
     }
     uav.goal = goal;
     uav.waits = 0;

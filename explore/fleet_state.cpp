@@ -134,6 +134,7 @@ std::string Fleet::save_state() const {
              {{"plan_ms", impl_->stats.plan_ms},
               {"integrate_ms", impl_->stats.integrate_ms},
               {"fallbacks", impl_->stats.fallbacks},
+              {"fallback_reasons", impl_->stats.fallback_reasons},
               {"emergency_stops", impl_->stats.emergency_stops},
               {"open_targets", impl_->stats.open_targets},
               {"unreachable_targets", impl_->stats.unreachable_targets}}}};
@@ -162,6 +163,9 @@ void Fleet::load_state(const std::string& state, mapping::OccupancyMap map) {
     fleet.stats.plan_ms = stats.at("plan_ms").get<std::vector<double>>();
     fleet.stats.integrate_ms = stats.at("integrate_ms").get<std::vector<double>>();
     fleet.stats.fallbacks = stats.at("fallbacks").get<std::size_t>();
+    if (stats.contains("fallback_reasons")) {
+      fleet.stats.fallback_reasons = stats.at("fallback_reasons").get<std::map<std::string, std::size_t>>();
+    }
     fleet.stats.emergency_stops = stats.at("emergency_stops").get<std::size_t>();
     fleet.stats.open_targets = stats.at("open_targets").get<std::size_t>();
     fleet.stats.unreachable_targets = stats.at("unreachable_targets").get<std::size_t>();

@@ -9,7 +9,7 @@ namespace stairwell::explore {
 using planning3d::FreeSpace;
 using planning3d::KeepOut;
 using planning3d::PlanRequest;
-using planning3d::PlanStatus;
+using planning3d::PlanVerdict;
 
 namespace {
 
@@ -23,6 +23,18 @@ planning3d::SafetyCheck make_check(const FleetConfig& config) {
   planning3d::SafetyCheck::Config check;
   check.fellow_clearance_m = config.fellow_clearance_m;
   return planning3d::SafetyCheck(check);
+}
+
+planning3d::FallbackPlanner make_planners(const FleetConfig& config, const planning3d::SafetyCheck& check) {
+  std::vector<std::unique_ptr<planning3d::Planner>> fallbacks;
+  const std::string_view fallback = planning3d::resolve_fallback(config.fallback, config.planner);
+  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback));
+  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner), std::move(fallbacks), check);
+}
+
+/// Another one for each time, so that an unlucky draw is not drawn again; the same one in a resumed run.
+std::uint64_t plan_seed(const FleetConfig& config, double depart_s) {
+  return config.seed + 1'000'003 * static_cast<std::uint64_t>(std::max(0.0, 1e3 * depart_s));
 }
 
 std::vector<const Trajectory*> motions_of(const std::vector<const Uav*>& fellows) {
@@ -76,9 +88,7 @@ Pilot::Pilot(const FleetConfig& config)
     : config_(config),
       check_(make_check(config)),
       builder_(config.limits, check_),
-      planner_(planning3d::make_planner(config.planner)) {
-  if (planner_->name() != "astar") fallback_ = planning3d::make_planner("astar");
-}
+      planner_(make_planners(config, check_)) {}
 
 std::vector<KeepOut> Pilot::keep_outs(const std::vector<const Uav*>& fellows, const Eigen::Vector3d& start_m,
                                       double depart_s) const {
@@ -124,23 +134,25 @@ FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::
   request.start_m = uav.commanded().sample(depart_s).position_m;
   request.goal_m = position_m;
   request.rule = rule;
+  request.seed = plan_seed(config_, depart_s);
   const auto motions = motions_of(fellows);
   FlightResult result;
   // First as if fellows' way points did not matter; then round where they are and will be.
   for (const bool around_fellows : {false, true}) {
     if (around_fellows) request.keep_out = keep_outs(fellows, request.start_m, depart_s);
-    for (planning3d::Planner* planner : {planner_.get(), fallback_.get()}) {
-      if (planner == nullptr) continue;
-      const planning3d::PlanResult plan = planner->plan(space, request);
-      if (plan.status != PlanStatus::kReached) continue;
-      std::optional<Trajectory> motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
-      if (!motion) continue;
-      if (!check_.check_fellows(*motion, motions, depart_s).safe()) {
-        result.outcome = FlightOutcome::kFellowInTheWay;
-        if (result.wanted_path_m.empty()) result.wanted_path_m = plan.path_m;
-        break;  // another planner would meet the same fellow
-      }
-      return {FlightOutcome::kFlying, std::move(motion), planner->name(), planner == fallback_.get(), {}};
+    std::optional<Trajectory> motion;
+    const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
+      motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
+      if (!motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
+      if (check_.check_fellows(*motion, motions, depart_s).safe()) return {};
+      result.outcome = FlightOutcome::kFellowInTheWay;
+      if (result.wanted_path_m.empty()) result.wanted_path_m = plan.path_m;
+      return {PlanVerdict::Kind::kStop, "fellow in the way"};  // another planner would meet the same one
+    };
+    const planning3d::FallbackResult found = planner_.decide(space, request, judge);
+    result.not_used = found.reason();
+    if (!found.hover()) {
+      return {FlightOutcome::kFlying, std::move(motion), found.planner(), found.fell_back(), result.not_used, {}};
     }
     if (result.outcome == FlightOutcome::kUnreachable) break;  // fellows are not the reason
   }

@@ -2,11 +2,11 @@
 
 #include "explore/fleet_config.hpp"
 #include "explore/uav.hpp"
-#include "planning3d/planner.hpp"
+#include "planning3d/fallback_planner.hpp"
 #include "planning3d/safety_check.hpp"
 #include "planning3d/trajectory_builder.hpp"
 
-#include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,12 +19,15 @@ struct FlightResult {
   std::optional<Trajectory> trajectory;        ///< set when kFlying; not yet commanded
   std::string_view planner;                    ///< which planner found the way
   bool fell_back = false;                      ///< it was not the one asked for
+  std::string not_used;                        ///< why the planners before it, or all of them, found none
   std::vector<Eigen::Vector3d> wanted_path_m;  ///< kFellowInTheWay: where it wanted to go
 };
 
-/// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows.
+/// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows. Without
+/// an answer the UAV brakes and hovers.
 class Pilot {
  public:
+  /// @throws InputError for unknown planners
   explicit Pilot(const FleetConfig& config);
 
   /// Does not command anything. @param fellows every other UAV
@@ -48,8 +51,7 @@ class Pilot {
   FleetConfig config_;
   planning3d::SafetyCheck check_;
   planning3d::TrajectoryBuilder builder_;
-  std::unique_ptr<planning3d::Planner> planner_;
-  std::unique_ptr<planning3d::Planner> fallback_;
+  planning3d::FallbackPlanner planner_;
 };
 
 }  // namespace stairwell::explore

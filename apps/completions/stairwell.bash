@@ -4,7 +4,8 @@ _stairwell() {
   COMPREPLY=()
   case "$previous" in
     --mode) COMPREPLY=($(compgen -W "slice volume" -- "$current")); return ;;
-    --planner) COMPREPLY=($(compgen -W "astar apf" -- "$current")); return ;;
+    --planner) COMPREPLY=($(compgen -W "astar theta apf rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --coverage) COMPREPLY=($(compgen -W "layers frontiers" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
@@ -20,7 +21,7 @@ _stairwell() {
   local options=""
   case "${COMP_WORDS[1]}" in
     explore)
-      options="--uavs --start --box --mode --planner --coverage --layers --sensor --fov-deg --range --min-range
+      options="--uavs --start --box --mode --planner --fallback --coverage --layers --sensor --fov-deg --range --min-range
         --rate-hz --rays --samples --noise --vmax --amax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
         --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
