@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -137,6 +138,12 @@ double status_mib(const std::string& name) {
 }  // namespace
 
 std::array<std::pair<double, const char*>, 2> resolutions() { return {{{0.1, "0.10"}, {0.05, "0.05"}}}; }
+
+double thread_time_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 double resident_mib() { return status_mib("VmRSS"); }
 double peak_resident_mib() { return status_mib("VmHWM"); }

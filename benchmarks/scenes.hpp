@@ -29,6 +29,9 @@ const Scene& office_flight();
 /// 0.10 m and 0.05 m, and how they are written in the benchmarks' names.
 std::array<std::pair<double, const char*>, 2> resolutions();
 
+/// Processor time of this thread: what other programs take does not count.
+double thread_time_s();
+
 /// Memory of this process that is resident now, and the most that ever was.
 double resident_mib();
 double peak_resident_mib();

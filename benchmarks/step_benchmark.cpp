@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <string>
 #include <vector>
 
@@ -22,13 +21,6 @@ namespace {
 
 constexpr double kTruncation_m = 2.0;
 constexpr std::size_t kGoalEvery = 30;  ///< steps
-
-/// Processor time of this thread: what other programs take does not count.
-double thread_time_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// What a camera delivers: the depth along each pixel's ray, and the rays.
 struct DepthPixels {
@@ -70,14 +62,14 @@ void step(benchmark::State& state, double resolution_m) {
       scan.points_m.clear();
       const Eigen::Vector3d at_m = scan.T_world_sensor.translation();
       const Eigen::Vector3d goal_m = flight.scans[i / kGoalEvery * kGoalEvery].T_world_sensor.translation();
-      const double start_s = thread_time_s();
+      const double start_s = bench::thread_time_s();
       images[i].deproject(scan);
       integrator.integrate(scan, map);
       field.update(map);
       obstacles.update(map);
       model.update(map, obstacles, {at_m, goal_m, {}});
       sample_window(model.fine(), shape, {at_m, 0.0}, window);
-      const double took_s = thread_time_s() - start_s;
+      const double took_s = bench::thread_time_s() - start_s;
       if (i == 0) continue;  // allocates and fills everything
       sum_s += took_s;
       times_ms.push_back(1e3 * took_s);
