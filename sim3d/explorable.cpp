@@ -37,32 +37,30 @@ bool touches(const GridSpec& grid, const VoxelIndex& v, const std::vector<std::u
 
 void flood_free(const GroundTruth& truth, std::vector<std::uint8_t>& marks) {
   const GridSpec& grid = truth.grid();
-  std::vector<VoxelIndex> open;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] == kOpen) open.push_back(grid.voxel(i));
-  }
-  flood(grid, std::move(open), [&](const VoxelIndex&, std::size_t index) {
+  const auto enter = [&](const VoxelIndex&, std::size_t index) {
     if (truth.at(index) != TruthClass::kFree || marks[index] != 0) return false;
     marks[index] = kOpen;
     return true;
-  });
+  };
+  std::vector<VoxelIndex> beside;  // the reachable voxels themselves would be too many to list
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == kOpen) enter_neighbours(grid, grid.voxel(i), enter, beside);
+  }
+  flood(grid, std::move(beside), enter);
 }
 
 /// Marks every voxel that is worth a look.
 std::vector<std::uint8_t> view_candidates(const GroundTruth& truth, const std::vector<std::uint8_t>& reachable) {
   std::vector<std::uint8_t> marks = reachable;
   flood_free(truth, marks);
-  std::vector<std::size_t> surface;
+  const auto unmarked_surface = [&](std::size_t i) { return marks[i] == 0 && truth.at(i) != TruthClass::kFree; };
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] == 0 && truth.at(i) != TruthClass::kFree) surface.push_back(i);
-  }
-  for (const std::size_t i : surface) {
-    if (touches(truth.grid(), truth.grid().voxel(i), marks, kOpen)) {
+    if (unmarked_surface(i) && touches(truth.grid(), truth.grid().voxel(i), marks, kOpen)) {
       marks[i] = truth.at(i) == TruthClass::kBoundary ? kAlmost : kTouching;
     }
   }
-  for (const std::size_t i : surface) {
-    if (marks[i] == 0 && touches(truth.grid(), truth.grid().voxel(i), marks, kAlmost)) marks[i] = kBehind;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (unmarked_surface(i) && touches(truth.grid(), truth.grid().voxel(i), marks, kAlmost)) marks[i] = kBehind;
   }
   return marks;
 }
