@@ -71,6 +71,7 @@ PlanStatus AstarPlanner::search(Search& search) {
     offsets[m] = kGridMoves[m].x +
                  grid_.size()[0] * (kGridMoves[m].y + static_cast<std::ptrdiff_t>(grid_.size()[1]) * kGridMoves[m].z);
   }
+  const HeightRange heights = useful_heights(level_, search.start.z, search.goal.z);
   nodes_[first] = {0.0F, stamp_, kNoMove, false};
   open_.push_back({weight * search.heuristic(search.start), 0.0F, first});
   while (!open_.empty()) {
@@ -90,7 +91,7 @@ PlanStatus AstarPlanner::search(Search& search) {
       const GridMove& move = kGridMoves[m];
       if (search.slice && (move.z == 0 ? !level : move.x != 0 || move.y != 0)) continue;
       const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
-      if (!search.check.voxel_free(to)) continue;
+      if (!heights.contains(to.z) || !search.check.voxel_free(to)) continue;
       const auto next = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(best.cell) + offsets[m]);
       Node& there = nodes_[next];
       const float g = node.g + move.length * (1.0F + 0.5F * (near + nearness_[squared[next]]));

@@ -29,4 +29,14 @@ std::vector<std::uint8_t> level_table(const GridSpec& grid, const MotionRule& ru
   return level;
 }
 
+HeightRange useful_heights(const std::vector<std::uint8_t>& level, int start_z, int goal_z) {
+  HeightRange range{std::min(start_z, goal_z), std::max(start_z, goal_z)};
+  for (int z = 0; z < static_cast<int>(level.size()); ++z) {
+    if (level[static_cast<std::size_t>(z)] == 0) continue;
+    range.lo = std::min(range.lo, z);
+    range.hi = std::max(range.hi, z);
+  }
+  return range;
+}
+
 }  // namespace stairwell::planning3d

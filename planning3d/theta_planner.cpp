@@ -35,6 +35,7 @@ struct ThetaPlanner::Search {
   Eigen::Vector3d end_m;
   bool slice;
   const std::vector<std::uint8_t>& level;
+  HeightRange heights;
   float weight;         ///< of the heuristic
   bool costs_nearness;  ///< else costs are lengths
   std::size_t expansions = 0;
@@ -50,7 +51,7 @@ struct ThetaPlanner::Search {
   /// A single move between neighbouring voxels, `from` being traversable.
   bool step_free(const VoxelIndex& from, const GridMove& move) const {
     const VoxelIndex to{from.x + move.x, from.y + move.y, from.z + move.z};
-    if (!allowed(from, to) || !check.voxel_free(to)) return false;
+    if (!heights.contains(to.z) || !allowed(from, to) || !check.voxel_free(to)) return false;
     if (std::abs(move.x) + std::abs(move.y) + std::abs(move.z) == 1 || check.roomy(from)) return true;
     return check.fits(0.5 * (space.grid().center_of(from) + space.grid().center_of(to)));
   }
@@ -103,30 +104,39 @@ void ThetaPlanner::push(const Search& search, std::uint32_t cell, const VoxelInd
 bool ThetaPlanner::check_parent(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
   Node& node = nodes_[cell];
   if (node.checked) return true;
+  node.checked = true;
   const float before = node.g;
   const Eigen::Vector3d here_m = grid_.center_of(v);
   const Eigen::Vector3d parent_m = grid_.center_of(grid_.voxel(node.parent));
-  node.g = std::numeric_limits<float>::infinity();
-  if (search.sight(parent_m, here_m)) {
-    node.near = extra_along(search, parent_m, here_m);
-    node.g = nodes_[node.parent].g + static_cast<float>((here_m - parent_m).norm() / grid_.resolution_m()) + node.near;
+  Node straight = node;
+  straight.near = extra_along(search, parent_m, here_m);
+  straight.g =
+      nodes_[node.parent].g + static_cast<float>((here_m - parent_m).norm() / grid_.resolution_m()) + straight.near;
+  if (!search.costs_nearness) {  // no way through a neighbour is shorter than the straight line
+    if (!search.sight(parent_m, here_m)) step_from_neighbour(search, cell, v);
+  } else {
+    step_from_neighbour(search, cell, v);
+    if (straight.g <= node.g && search.sight(parent_m, here_m)) node = straight;
   }
-  if (search.costs_nearness || std::isinf(node.g)) {
-    for (const GridMove& move : kGridMoves) {
-      const VoxelIndex other{v.x + move.x, v.y + move.y, v.z + move.z};
-      if (!grid_.contains(other)) continue;
-      const auto place = static_cast<std::uint32_t>(grid_.linear(other));
-      const Node& there = nodes_[place];
-      if (there.stamp != stamp_ || !there.closed) continue;
-      const float near = 0.5F * move.length * (search.near(v, nearness_) + search.near(other, nearness_));
-      if (there.g + move.length + near >= node.g || !search.step_free(v, move)) continue;
-      node.g = there.g + move.length + near;
-      node.near = near;
-      node.parent = place;
-    }
-  }
-  node.checked = true;
   return node.g <= before + 1e-3F;
+}
+
+/// Makes the closed neighbour with the cheapest way here the parent.
+void ThetaPlanner::step_from_neighbour(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
+  Node& node = nodes_[cell];
+  node.g = std::numeric_limits<float>::infinity();
+  for (const GridMove& move : kGridMoves) {
+    const VoxelIndex other{v.x + move.x, v.y + move.y, v.z + move.z};
+    if (!grid_.contains(other)) continue;
+    const auto place = static_cast<std::uint32_t>(grid_.linear(other));
+    const Node& there = nodes_[place];
+    if (there.stamp != stamp_ || !there.closed) continue;
+    const float near = 0.5F * move.length * (search.near(v, nearness_) + search.near(other, nearness_));
+    if (there.g + move.length + near >= node.g || !search.step_free(v, move)) continue;
+    node.g = there.g + move.length + near;
+    node.near = near;
+    node.parent = place;
+  }
 }
 
 void ThetaPlanner::expand(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
@@ -257,6 +267,7 @@ PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request
                 request.goal_m,
                 request.rule.kind == MotionRule::Kind::kSlice,
                 level_,
+                {},
                 static_cast<float>(std::max(1.0, config_.heuristic_weight)),
                 request.clearance_weight > 0.0};
   const bool goal_fits = space.grid().index_of(request.goal_m) == goal && search.check.fits(request.goal_m);
@@ -266,6 +277,7 @@ PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request
     return result;
   }
   prepare(space, request);
+  search.heights = useful_heights(level_, start.z, goal.z);
   result.status = this->search(search);
   result.expansions = search.expansions;
   written_ += search.expansions;

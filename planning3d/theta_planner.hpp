@@ -46,6 +46,7 @@ class ThetaPlanner final : public Planner {
   PlanStatus search(Search& search);
   void push(const Search& search, std::uint32_t cell, const VoxelIndex& v);
   bool check_parent(const Search& search, std::uint32_t cell, const VoxelIndex& v);
+  void step_from_neighbour(const Search& search, std::uint32_t cell, const VoxelIndex& v);
   void expand(const Search& search, std::uint32_t cell, const VoxelIndex& v);
   std::vector<Eigen::Vector3d> trace(const Search& search) const;
   void pull(const Search& search, std::vector<Eigen::Vector3d>& path_m) const;
