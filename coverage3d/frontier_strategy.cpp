@@ -147,18 +147,16 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, 
     const auto rewarding = [&](const Viewpoint& view) {
       return std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
     };
-    const auto usable = [&](const Viewpoint& view) {
-      return rewarding(view) && !blacklist_.blocks_place(view.position_m, time_s);
-    };
     if (!target.views.empty() && std::none_of(target.views.begin(), target.views.end(), rewarding)) continue;
-    const bool visible = std::any_of(target.views.begin(), target.views.end(), usable);
-    if (!visible || blacklist_.blocks_target(cluster, time_s)) {
+    Stop stop{&cluster, {}, 0};
+    for (const Viewpoint& view : target.views) {
+      if (rewarding(view) && !blacklist_.blocks_place(view.position_m, time_s)) stop.views.push_back(&view);
+    }
+    if (stop.views.empty() || blacklist_.blocks_target(cluster, time_s)) {
       ++closed;
       continue;
     }
-    stops.push_back({&cluster, &target.views, 0});
-    Stop& stop = stops.back();
-    while (!usable(stop.pose())) ++stop.view;
+    stops.push_back(std::move(stop));
   }
   return stops;
 }
@@ -194,15 +192,15 @@ double FrontierStrategy::between_s(const planning3d::FreeSpace& space, const Vie
 
 double FrontierStrategy::price_s(const Stop& stop, const Viewpoint& view) const {
   double most_m3 = 1e-9;
-  for (const Viewpoint& other : *stop.views) most_m3 = std::max(most_m3, other.gain_m3);
+  for (const Viewpoint* other : stop.views) most_m3 = std::max(most_m3, other->gain_m3);
   return kPartialView_s * (1.0 - view.gain_m3 / most_m3);
 }
 
 void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) const {
   for (Stop& stop : stops) {
     double best_s = std::numeric_limits<double>::infinity();
-    for (std::size_t i = stop.view; i < stop.views->size(); ++i) {
-      const Viewpoint& view = (*stop.views)[i];
+    for (std::size_t i = stop.view; i < stop.views.size(); ++i) {
+      const Viewpoint& view = *stop.views[i];
       double soonest_s = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k < crew.uavs.size(); ++k)
         soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, view));
@@ -297,15 +295,15 @@ Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& 
                                 const Stop& stop, const Stop* next, double time_s) {
   std::size_t best = stop.view;
   double best_s = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < stop.views->size(); ++i) {
-    const Viewpoint& view = (*stop.views)[i];
+  for (std::size_t i = 0; i < stop.views.size(); ++i) {
+    const Viewpoint& view = *stop.views[i];
     double cost_s = start_s(crew, vehicle, view) + price_s(stop, view);
     if (next != nullptr) cost_s += between_s(space, view, next->pose());
     if (i < stop.view || cost_s >= best_s) continue;
     best_s = cost_s;
     best = i;
   }
-  const Viewpoint& view = (*stop.views)[best];
+  const Viewpoint& view = *stop.views[best];
   Goal goal;
   goal.position_m = view.position_m;
   goal.yaw_rad = view.yaw_rad;

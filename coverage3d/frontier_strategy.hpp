@@ -33,9 +33,9 @@ class FrontierStrategy : public CoverageStrategy {
   /// A cluster that can be visited now, with the pose that stands for it in the tours.
   struct Stop {
     const FrontierCluster* cluster = nullptr;
-    const std::vector<Viewpoint>* views = nullptr;
+    std::vector<const Viewpoint*> views;  ///< those that may be flown to; they live in the book
     std::size_t view = 0;
-    const Viewpoint& pose() const { return (*views)[view]; }
+    const Viewpoint& pose() const { return *views[view]; }
   };
   struct Crew {
     std::vector<std::size_t> uavs;         ///< index of each vehicle in the request

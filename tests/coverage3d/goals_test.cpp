@@ -1,0 +1,111 @@
+#include "half_seen.hpp"
+#include "planning3d/travel_costs.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace {
+
+using namespace stairwell;
+using namespace stairwell::coverage3d;
+using toy::HalfSeen;
+
+/// Asks until every cluster has been looked at: a single assignment may leave some for later.
+Assignment settled(CoverageStrategy& strategy, const HalfSeen& scene) {
+  Assignment assignment;
+  for (int i = 0; i < 20; ++i) assignment = strategy.assign(scene.space(), scene.request);
+  return assignment;
+}
+
+}  // namespace
+
+TEST_CASE("goals that failed are left alone with their surroundings until their time is over") {
+  for (const std::string_view name : strategy_names()) {
+    for (const bool slice : {false, true}) {
+      INFO(name << (slice ? " slice" : " volume"));
+      HalfSeen scene(slice);
+      const auto strategy = make_strategy(name, scene.config);
+      const Assignment first = settled(*strategy, scene);
+      REQUIRE(first.open_targets > 0);
+      planning3d::TravelCosts costs;
+      costs.compute(scene.space(), scene.request.uavs[0].position_m, strategy->motion_rule(),
+                    std::numeric_limits<double>::infinity());
+      std::vector<Eigen::Vector3d> failed_m;
+      Assignment present = first;
+      while (present.goals[0] && failed_m.size() < 40) {
+        const Goal goal = *present.goals[0];
+        CHECK(std::isfinite(costs.distance_m(scene.map.grid().index_of(goal.position_m))));
+        CHECK(goal.gain_m3 >= scene.config.min_gain_m3);
+        for (const Eigen::Vector3d& p_m : failed_m)
+          CHECK((p_m - goal.position_m).norm() >= scene.config.blacklist_radius_m);
+        failed_m.push_back(goal.position_m);
+        strategy->report_failure(goal, scene.request.time_s);
+        scene.request.time_s += 0.5;
+        const Assignment next = strategy->assign(scene.space(), scene.request);
+        CHECK(next.unreachable_targets >= present.unreachable_targets);
+        CHECK(next.open_targets + next.unreachable_targets == first.open_targets + first.unreachable_targets);
+        present = next;
+      }
+      CHECK(failed_m.size() >= 3);
+      CHECK(present.unreachable_targets > first.unreachable_targets);
+      scene.request.time_s += 1e4 * scene.config.blacklist_time_s;
+      const Assignment later = strategy->assign(scene.space(), scene.request);
+      CHECK(later.open_targets == first.open_targets);
+      CHECK(later.unreachable_targets == first.unreachable_targets);
+    }
+  }
+}
+
+TEST_CASE("what no UAV gets to is unreachable, not open") {
+  for (const std::string_view name : strategy_names()) {
+    INFO(name);
+    toy::World world({{0, 0, 0}, {8, 4, 3}}, 0.2);
+    world.fill({{4, 0, 0}, {4.4, 4, 3}}, true);
+    mapping::OccupancyMap map(world.grid());
+    const CoverageConfig config = toy::config_for(world, toy::lidar());
+    for (const double x_m : {0.7, 2.1, 3.3})
+      for (const double y_m : {0.7, 2.1, 3.3})
+        for (const double z_m : {0.5, 1.5, 2.5}) toy::look(world, toy::lidar(), {x_m, y_m, z_m}, 0.0, map);
+    toy::look(world, toy::camera(), {5.1, 2.1, 1.5}, 0.0, map);  // a wedge of the room beyond
+    mapping::DistanceField distance(world.grid(), 1.0, mapping::Obstacles::kBlocked);
+    distance.update(map);
+    AssignmentRequest request;
+    request.uavs.emplace_back();
+    request.uavs[0].position_m = {2.1, 2.1, 1.5};
+    request.uavs[0].wants_goal = true;
+    const auto strategy = make_strategy(name, config);
+    const planning3d::FreeSpace space{map, distance, config.robot, config.box};
+    Assignment assignment;
+    for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+    CHECK_FALSE(assignment.goals.at(0).has_value());
+    CHECK(assignment.open_targets == 0);
+    CHECK(assignment.unreachable_targets > 0);
+    // With somebody there it is work, for them alone.
+    request.uavs.push_back(request.uavs[0]);
+    request.uavs[1].position_m = {6.9, 2.1, 1.5};
+    assignment = make_strategy(name, config)->assign(space, request);
+    CHECK_FALSE(assignment.goals.at(0).has_value());
+    REQUIRE(assignment.goals.at(1).has_value());
+    CHECK(assignment.goals[1]->position_m.x() > 4.4);
+    CHECK(assignment.open_targets > 0);
+  }
+}
+
+TEST_CASE("in slice mode goals lie at the layers given") {
+  for (const std::string_view name : strategy_names()) {
+    HalfSeen scene(true);
+    scene.config.layers_m = {toy::kStartHeight_m};
+    const auto strategy = make_strategy(name, scene.config);
+    const GridSpec& grid = scene.map.grid();
+    const int layer = grid.index_of({0.0, 0.0, toy::kStartHeight_m}).z;
+    for (int i = 0; i < 3; ++i) {
+      const Assignment assignment = settled(*strategy, scene);
+      REQUIRE(assignment.goals.at(0).has_value());
+      CHECK(grid.index_of(assignment.goals[0]->position_m).z == layer);
+      strategy->report_failure(*assignment.goals[0], 0.0);
+    }
+  }
+}
