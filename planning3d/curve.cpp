@@ -186,4 +186,15 @@ std::vector<Eigen::Vector3d> without_repeats(const std::vector<Eigen::Vector3d>&
   return kept_m;
 }
 
+double distance_to_polyline(const std::vector<Eigen::Vector3d>& path_m, const Eigen::Vector3d& p_m) {
+  if (path_m.empty()) return std::numeric_limits<double>::infinity();
+  double nearest_m = (path_m.front() - p_m).norm();
+  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) {
+    const Eigen::Vector3d leg_m = path_m[i + 1] - path_m[i];
+    const double u = std::clamp((p_m - path_m[i]).dot(leg_m) / std::max(leg_m.squaredNorm(), 1e-12), 0.0, 1.0);
+    nearest_m = std::min(nearest_m, (path_m[i] + u * leg_m - p_m).norm());
+  }
+  return nearest_m;
+}
+
 }  // namespace stairwell::planning3d

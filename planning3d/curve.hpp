@@ -25,7 +25,8 @@ struct Curve {
 };
 
 /// Rounds the corners of a polyline by a clamped uniform cubic B-spline (C2): control points are the corners and
-/// two points `reach` before and behind each, so that the curve leaves the polyline only there.
+/// two points `reach` before and behind each, so that the curve leaves the polyline only there: by reach / 6 at most,
+/// and not farther than (5 reach + 1 m) / 6 from a corner.
 class RoundedPath {
  public:
   /// @pre at least two points, consecutive ones apart
@@ -59,5 +60,8 @@ Eigen::Vector3d tangent_between(const Curve& curve, std::size_t i, double u);
 
 /// Consecutive points less than 0.1 mm apart merged; the last point is kept exactly.
 std::vector<Eigen::Vector3d> without_repeats(const std::vector<Eigen::Vector3d>& path_m);
+
+/// From the nearest point of a polyline, which may be a single point; infinite when it has none.
+double distance_to_polyline(const std::vector<Eigen::Vector3d>& path_m, const Eigen::Vector3d& p_m);
 
 }  // namespace stairwell::planning3d
