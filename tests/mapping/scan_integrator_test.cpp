@@ -23,6 +23,12 @@ using namespace stairwell::mapping::test;
 
 namespace {
 
+#if defined(__SANITIZE_THREAD__)
+constexpr int kSequences = 1;  // the sanitizer makes every hand-over between threads slow; one has all of them
+#else
+constexpr int kSequences = 12;
+#endif
+
 Pose random_pose(Rng& rng, double reach_m) {
   Pose T_world_sensor = Pose::Identity();
   T_world_sensor.translation() =
@@ -156,12 +162,12 @@ ChangedKeys changed_keys(const OccupancyMap& map) {
 }  // namespace
 
 TEST_CASE("integrated scans leave OctoMap's .ot file byte for byte", "[integrator]") {
-  // More than a thousand scans for each kind of instructions and for threads.
+  // More than a thousand scans for each kind of instructions and for threads, except under ThreadSanitizer.
   const bool discretize = GENERATE(false, true);
   const double resolution_m = GENERATE(0.1, 0.05, 0.25, 0.37);
   const bool limited = GENERATE(false, true);
   Rng rng = make_rng(7, std::string(discretize ? "discrete" : "exact") + (limited ? " limited" : ""));
-  for (int sequence = 0; sequence < 12; ++sequence) {
+  for (int sequence = 0; sequence < kSequences; ++sequence) {
     OccupancyParams params;
     if (sequence % 3 == 1) {
       params = {0.85, 0.3, 0.2, 0.9, 0.6};
