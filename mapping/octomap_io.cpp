@@ -63,7 +63,7 @@ struct LeafBox {
 
 LeafBox box_of(const octomap::OcTree::leaf_iterator& leaf) {
   const int size = 1 << (kTreeDepth - leaf.getDepth());
-  const octomap::OcTreeKey key = leaf.getKey();
+  const octomap::OcTreeKey& key = leaf.getKey();
   return {{key[0] & ~(size - 1), key[1] & ~(size - 1), key[2] & ~(size - 1)}, size};
 }
 
