@@ -157,7 +157,7 @@ struct ScanIntegrator::Impl {
   std::vector<ScanWindow*> windows;  ///< of the shares
   std::vector<std::vector<BlockUpdate>> updates;
 
-  explicit Impl(Config config_in)
+  explicit Impl(const Config& config_in)
       : config(config_in),
         kernels(&lanes::kernels(config.simd)),
         pool(config.threads),

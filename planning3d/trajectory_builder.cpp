@@ -244,9 +244,9 @@ class YawRider {
 /// Back over where the brakes were applied to the departure, then along the path.
 Path way_back(const Ride& braked, const Path& path_m) {
   Path way_m{braked.states.back().position_m};
-  for (auto state = braked.states.rbegin(); state != braked.states.rend(); ++state) {
-    if ((state->position_m - way_m.back()).norm() > kLeastLeg_m) way_m.push_back(state->position_m);
-  }
+  std::for_each(braked.states.rbegin(), braked.states.rend(), [&way_m](const MotionState& state) {
+    if ((state.position_m - way_m.back()).norm() > kLeastLeg_m) way_m.push_back(state.position_m);
+  });
   way_m.push_back(braked.states.front().position_m);
   way_m.insert(way_m.end(), path_m.begin(), path_m.end());
   return without_repeats(way_m);

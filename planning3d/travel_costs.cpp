@@ -69,8 +69,9 @@ std::size_t TravelCosts::cell_of(const VoxelIndex& v) const {
 Eigen::Vector3d TravelCosts::center_of_cell(std::size_t cell) const {
   const auto nx = static_cast<std::size_t>(size_[0]);
   const auto ny = static_cast<std::size_t>(size_[1]);
-  const Eigen::Vector3d at(static_cast<double>(cell % nx), static_cast<double>(cell / nx % ny),
-                           static_cast<double>(cell / (nx * ny)));
+  const std::size_t row = cell / nx;
+  const std::size_t layer = row / ny;
+  const Eigen::Vector3d at(static_cast<double>(cell % nx), static_cast<double>(row % ny), static_cast<double>(layer));
   const double edge_m = cell_voxels_ * grid_.resolution_m();
   return grid_.box().min_m + (at - Eigen::Vector3d::Constant(0.5)) * edge_m;
 }
