@@ -183,6 +183,7 @@ std::vector<Eigen::Vector3d> AstarPlanner::pull(const Search& search, const std:
     }
   }
   std::vector<Eigen::Vector3d> path_m;
+  path_m.reserve(kept.size());
   for (const std::size_t i : kept) path_m.push_back(points_m[i]);
   return path_m;
 }

@@ -56,7 +56,7 @@ std::filesystem::path find_named(const std::string& uri, const std::filesystem::
     return path.is_absolute() ? path : folder / path;
   }
   const bool of_model = uri.starts_with("model://") || uri.starts_with("package://");
-  const std::filesystem::path relative = of_model ? uri.substr(uri.find("://") + 3) : uri;
+  std::filesystem::path relative = of_model ? uri.substr(uri.find("://") + 3) : uri;
   if (relative.is_absolute()) {
     return relative;
   }
@@ -103,7 +103,7 @@ class SdfCollector {
       }
       pose = element.RawPose();
     }
-    const Pose result = eigen_of(pose);
+    Pose result = eigen_of(pose);
     if (!result.matrix().allFinite()) {
       fail_input(file_, "the pose of '" + name + "' is not finite");
     }
