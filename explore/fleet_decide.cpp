@@ -1,6 +1,7 @@
 #include "core/units.hpp"
 #include "explore/fleet_impl.hpp"
 #include "explore/radial_scan.hpp"
+#include "planning3d/curve.hpp"
 #include "planning3d/travel_costs.hpp"
 
 #include <algorithm>
@@ -55,16 +56,6 @@ std::optional<Eigen::Vector3d> nearest_refuge(const planning3d::FreeSpace& space
     }
   }
   return best_m;
-}
-
-double distance_to_polyline(const std::vector<Eigen::Vector3d>& path_m, const Eigen::Vector3d& p_m) {
-  double nearest_m = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) {
-    const Eigen::Vector3d leg = path_m[i + 1] - path_m[i];
-    const double u = std::clamp((p_m - path_m[i]).dot(leg) / std::max(leg.squaredNorm(), 1e-12), 0.0, 1.0);
-    nearest_m = std::min(nearest_m, (path_m[i] + u * leg - p_m).norm());
-  }
-  return nearest_m;
 }
 
 }  // namespace
@@ -258,11 +249,11 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
     const bool resting = fellow.phase == Phase::kFindGoal && fellow.at_rest(now_s());
     if (fellow.id == blocked_uav.id || !resting || now_s() < fellow.next_decision_s - kRetry_s) continue;
     const Eigen::Vector3d at_m = fellow.vehicle->state().position_m;
-    if (distance_to_polyline(wanted_path_m, at_m) > room_m) continue;
+    if (planning3d::distance_to_polyline(wanted_path_m, at_m) > room_m) continue;
     planning3d::TravelCosts costs;
     costs.compute(space(), at_m, strategy->motion_rule(), 2.0 * kMakeWayReach_m);
     const auto refuge = nearest_refuge(space(), costs, at_m, [&](const Eigen::Vector3d& p_m) {
-      return distance_to_polyline(wanted_path_m, p_m) > room_m;
+      return planning3d::distance_to_polyline(wanted_path_m, p_m) > room_m;
     });
     if (!refuge) continue;
     FlightResult flight = pilot.fly_to(space(), fellow, *refuge, fellow.vehicle->state().yaw_rad,
