@@ -9,6 +9,8 @@
 
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <string>
 
 using namespace stairwell;
 using explore::Fleet;
@@ -33,6 +35,27 @@ double known_share(const mapping::OccupancyMap& map) {
     }
   }
   return static_cast<double>(known) / static_cast<double>(all);
+}
+
+/// Counts events and notes who has just begun to look for a goal.
+struct RecordingLog final : explore::ExplorationLog {
+  void on_state(double, std::size_t uav, std::string_view state) override {
+    searching[uav] = state == "find_goal" || state == "radial_scan";
+  }
+  void on_event(double, std::size_t, std::string_view event, std::string_view) override {
+    ++events[std::string(event)];
+  }
+
+  std::map<std::string, int> events;
+  std::map<std::size_t, bool> searching;
+};
+
+/// Who looks for a goal hovers; only an emergency stop makes a UAV look for one while it still brakes.
+bool searching_in_flight(const Fleet& fleet, RecordingLog& log) {
+  for (const auto& [uav, searching] : log.searching) {
+    if (searching && fleet.uav_state(uav).velocity_mps.norm() > 1e-3) return log.events["emergency_stop"] == 0;
+  }
+  return false;
 }
 
 double least_distance(const Fleet& fleet) {
@@ -70,13 +93,21 @@ TEST_CASE("one UAV explores two rooms in either mode and says that nothing is le
 TEST_CASE("UAVs keep their distance in a small building and share the work") {
   auto config = test::toy_config();
   ToySimulation sim(test::two_rooms(), config, {{0.6, 0.6, 1.0}, {0.6, 2.0, 1.0}, {0.6, 3.4, 1.0}});
-  explore::ExplorationLog log;
+  RecordingLog log;
   Fleet fleet(config, sim.doors(), log, no_clock);
   double least_m = least_distance(fleet);
-  while (fleet.step()) least_m = std::min(least_m, least_distance(fleet));
+  bool searched_in_flight = false;
+  while (fleet.step()) {
+    least_m = std::min(least_m, least_distance(fleet));
+    searched_in_flight = searched_in_flight || searching_in_flight(fleet, log);
+  }
   CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
   CHECK(known_share(fleet.map()) >= 0.98);
   CHECK(least_m >= config.fellow_clearance_m - 0.02);
+  CHECK_FALSE(searched_in_flight);
+  CHECK(log.events["command_refused"] == 0);
+  // Who was told that there is nothing for it asks again twice a second, not at every tick.
+  CHECK(static_cast<double>(fleet.stats().plan_ms.size()) <= 4.0 * fleet.time_s());
 }
 
 TEST_CASE("a landed UAV takes off, explores and lands again") {
