@@ -110,7 +110,7 @@ PlanRow run_one(Planner& planner, const FreeSpace& space, const PlanRequest& req
 void require_inside(const PlanTasks& tasks, const PlanTask& task, const KnownMap& map) {
   for (const Eigen::Vector3d& at_m : {task.from_m, task.to_m}) {
     if (map.box().contains(at_m)) continue;
-    throw InputError(tasks.name + ", " + task.name + ": outside the box of " + tasks.maps[task.map].string());
+    throw InputError(tasks.file.string() + ", " + task.name + ": outside the box of " + tasks.maps[task.map].string());
   }
 }
 

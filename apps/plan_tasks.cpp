@@ -233,7 +233,8 @@ PlanTasks load_plan_tasks(const std::filesystem::path& file, const std::filesyst
     throw InputError(file.string() + ": a benchmark is a .3dscen or .yaml file");
   }
   if (tasks.tasks.empty()) throw InputError(file.string() + ": no task in it");
-  tasks.name = file.stem().string();
+  tasks.file = file;
+  tasks.name = file.stem().stem().string();
   return tasks;
 }
 

@@ -25,6 +25,7 @@ struct PlanTask {
 
 struct PlanTasks {
   std::string name;
+  std::filesystem::path file;  ///< empty for tasks from elsewhere
   std::vector<std::filesystem::path> maps;
   std::vector<PlanTask> tasks;
   KnownMapOptions map_options;

@@ -15,7 +15,7 @@ _stairwell() {
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
   esac
   if [[ $COMP_CWORD -eq 1 ]]; then
-    COMPREPLY=($(compgen -W "explore world map report completion --help --version" -- "$current"))
+    COMPREPLY=($(compgen -W "explore plan world map report completion --help --version" -- "$current"))
     return
   fi
   local options=""
@@ -25,6 +25,9 @@ _stairwell() {
         --rate-hz --rays --samples --noise --vmax --amax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
         --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
+    plan)
+      options="--from --to --planner --all --robot --margin --clearance-weight --slice --benchmark --data --tasks
+        --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
     world)
       if [[ $COMP_CWORD -eq 2 ]]; then
         COMPREPLY=($(compgen -W "info convert generate --help" -- "$current"))

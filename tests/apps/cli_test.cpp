@@ -46,6 +46,7 @@ TEST_CASE("help and version") {
   using Words = std::vector<std::string>;
   for (const Words& command : {Words{},
                                {"explore"},
+                               {"plan"},
                                {"world"},
                                {"world", "info"},
                                {"world", "convert"},
