@@ -2,6 +2,7 @@
 # run.sh [--quick] OUT.json: builds the benchmarks, runs each one in a process of its own, and writes the ratios by name
 # and every figure to OUT.json; the table goes to docs/benchmarks.md (with --quick to standard output only).
 #   --quick       one round, the shortest time each (about 4 minutes); otherwise three rounds (about 20 minutes)
+#   ROUNDS=N      rounds instead of three
 #   FILTER=regex  only benchmarks whose names match; the table is not written then
 # Rounds go through all benchmarks in turn, so that a slow spell of the machine meets ours and the references alike; the
 # figures are medians over the rounds.
@@ -10,11 +11,11 @@ invoked_from=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 usage() {
-  sed -n '2,8s/^# \{0,1\}//p' "benchmarks/run.sh" >&2
+  sed -n '2,9s/^# \{0,1\}//p' "benchmarks/run.sh" >&2
   exit 2
 }
 
-rounds=3
+rounds=${ROUNDS:-3}
 min_time=0.5
 quick=0
 if [[ ${1:-} == --quick ]]; then
