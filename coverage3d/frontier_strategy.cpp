@@ -243,6 +243,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
       chosen.insert(order[i].second);
   }
   std::vector<Stop> nearest;
+  nearest.reserve(chosen.size());
   for (const std::size_t i : chosen) nearest.push_back(unclaimed[i]);
   return nearest;
 }
