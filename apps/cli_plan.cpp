@@ -35,7 +35,7 @@ constexpr const char* kFooter =
     "Exit codes: 0 planned, 1 no planner found a path (or interrupted), 2 bad input, start or goal.";
 
 struct PlanWords {
-  std::string map, from, to, robot, planners = "astar", out, benchmark, data, resolution;
+  std::string map, from, to, box, robot, planners = "astar", out, benchmark, data, resolution;
   double margin_m = 0.0, clearance_weight = 1.0;
   std::size_t most_tasks = 0;
   KnownMapOptions map_options;
@@ -80,6 +80,7 @@ PlanTasks single_task(const PlanWords& words) {
   tasks.robot.margin_m = words.margin_m;
   tasks.clearance_weight = words.clearance_weight;
   tasks.slice = words.slice;
+  if (!words.box.empty()) tasks.map_options.box = parse_box("--box", words.box);
   PlanTask task;
   task.name = words.from + " -> " + words.to;
   task.from_m = parse_point("--from", words.from);
@@ -208,6 +209,7 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
   command->add_option("MAP", words->map, "Map or world: .bt .ot .3dmap .sdf .stl .obj .dae .ply .glb .pcd .yaml");
   command->add_option("--from", words->from, "Start")->type_name("x,y,z");
   command->add_option("--to", words->to, "Goal")->type_name("x,y,z");
+  command->add_option("--box", words->box, "Where to plan (default: the map's box)")->type_name("x0,y0,z0,x1,y1,z1");
   command->add_option("--planner", words->planners, "Planner, or several with commas between")->capture_default_str();
   command->add_flag("--all", words->all, "Every planner");
   command->add_option("--robot", words->robot, "sphere:R or box:LxWxH, metres (default: sphere:0.2)");

@@ -51,8 +51,11 @@ Aabb box_of_3dmap(const std::filesystem::path& file, double voxel_size_m) {
   return {Eigen::Vector3d::Zero(), voxel_size_m * size};
 }
 
-mapping::OccupancyMap from_octomap(const std::filesystem::path& file) {
-  mapping::OccupancyMap map = mapping::map_from_octree(*mapping::load_octree(file));
+mapping::OccupancyMap from_octomap(const std::filesystem::path& file, const KnownMapOptions& options) {
+  const auto tree = mapping::load_octree(file);
+  mapping::OccupancyMap map =
+      options.box.empty() ? mapping::map_from_octree(*tree)
+                          : mapping::map_from_octree(*tree, grid_over(options.box, tree->getResolution(), file));
   for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
     const VoxelIndex v = map.grid().voxel(i);
     if (map.at(v) == Occupancy::kUnknown) map.set_log_odds(v, kFree);
@@ -65,7 +68,8 @@ mapping::OccupancyMap from_world(const std::filesystem::path& file, const KnownM
   const std::string extension = extension_of(file);
   const bool cells = extension == ".3dmap";
   const double own_m = cells ? options.world.voxel_size_m : kDefaultResolution_m;
-  const Aabb box = cells ? box_of_3dmap(file, own_m) : world.bounds;
+  const Aabb own_box = cells ? box_of_3dmap(file, own_m) : world.bounds;
+  const Aabb box = options.box.empty() ? own_box : options.box;
   const GridSpec grid = grid_over(box, std::isnan(options.resolution_m) ? own_m : options.resolution_m, file);
   std::vector<std::uint8_t> solid = inside_of(world.mesh, grid);
   if (!is_voxel_kind(extension)) {
@@ -201,7 +205,7 @@ double KnownMap::clearance_m(const Eigen::Vector3d& at_m) const {
 }
 
 KnownMap load_known_map(const std::filesystem::path& file, const KnownMapOptions& options) {
-  if (is_octomap_file(file) && std::isnan(options.resolution_m)) return KnownMap(from_octomap(file));
+  if (is_octomap_file(file) && std::isnan(options.resolution_m)) return KnownMap(from_octomap(file, options));
   return KnownMap(from_world(file, options));
 }
 

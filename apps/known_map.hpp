@@ -19,6 +19,7 @@ struct KnownMapOptions {
   sim3d::WorldOptions world;
   /// NaN: an OctoMap's own, the cells of a .3dmap, else 0.1 m.
   double resolution_m = std::numeric_limits<double>::quiet_NaN();
+  Aabb box;  ///< empty: the file's; what lies outside the file's is free
 };
 
 class KnownMap {

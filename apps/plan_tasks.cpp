@@ -218,6 +218,19 @@ Eigen::Vector3d parse_point(const std::string& option, const std::string& text) 
   return {values[0], values[1], values[2]};
 }
 
+Aabb parse_box(const std::string& option, const std::string& text) {
+  std::vector<double> values;
+  try {
+    values = parse_numbers(text);
+  } catch (const InputError& error) {
+    throw InputError(option + " " + text + ": " + error.what());
+  }
+  if (values.size() != 6) throw InputError(option + " " + text + ": give x0,y0,z0,x1,y1,z1 in metres");
+  const Aabb box{{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
+  if (!(box.size_m().minCoeff() > 0.0)) throw InputError(option + " " + text + ": the box has no volume");
+  return box;
+}
+
 PlanTasks load_plan_tasks(const std::filesystem::path& file, const std::filesystem::path& data_folder,
                           const KnownMapOptions& options) {
   const std::string extension = file.extension().string();

@@ -45,5 +45,7 @@ PlanTasks load_plan_tasks(const std::filesystem::path& file, const std::filesyst
 Robot parse_robot(std::string_view text);
 /// `x,y,z`, finite. @throws InputError naming the option and quoting the text.
 Eigen::Vector3d parse_point(const std::string& option, const std::string& text);
+/// `x0,y0,z0,x1,y1,z1` with some volume.
+Aabb parse_box(const std::string& option, const std::string& text);
 
 }  // namespace stairwell::apps

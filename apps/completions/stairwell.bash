@@ -26,7 +26,7 @@ _stairwell() {
         --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     plan)
-      options="--from --to --planner --all --robot --margin --clearance-weight --slice --benchmark --data --tasks
+      options="--from --to --box --planner --all --robot --margin --clearance-weight --slice --benchmark --data --tasks
         --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
     world)
       if [[ $COMP_CWORD -eq 2 ]]; then

@@ -191,6 +191,10 @@ TEST_CASE("one plan: measured, drawn; its ends are checked by name") {
   require_refused(plan({"--from", "1,1,1", "--to", "0,0,1"}), "--to 0,0,1: inside a wall");
   require_refused(plan({"--from", "1,1,1", "--to", "1,1,nan"}), "--to 1,1,nan");
   require_refused(plan({"--from", "1,1,1", "--to", "9,1,1"}), "--to 9,1,1: outside the map's box");
+  CHECK(run(plan({"--from", "1,1,1", "--to", "9,1,4", "--box", "-3,-3,-1,10,3,5", "--quiet"})).code == 1);  // shut in
+  CHECK(run(plan({"--from", "4,1,1", "--to", "9,1,4", "--box", "-3,-3,-1,10,3,5", "--quiet"})).code == 0);
+  require_refused(plan({"--from", "1,1,1", "--to", "1,0,1", "--box", "1,1,1,0,2,2"}), "no volume");
+  require_refused(plan({"--from", "1,1,1", "--to", "1,0,1", "--box", "1,1"}), "--box 1,1");
   require_refused(plan({"--from", "1.85,1,1", "--to", "1,1,1"}), "does not fit");
   require_refused(plan({"--from", "1,1", "--to", "1,1,1"}), "--from 1,1");
   require_refused(plan({"--from", "1,1,1"}), "--to");
