@@ -49,7 +49,8 @@ constexpr std::array<Named, 6> kNamed{{{"rrtconnect", OmplPlanner::Algorithm::kR
 
 bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
-/// What the planner may still spend. Every question it asks counts, and once it is spent it stays so.
+/// What the planner may still spend. Every question it asks counts, and once it is spent it stays so: OMPL's planners
+/// look at their termination condition too seldom, and unwind when they are told that nothing is free any more.
 class Budget {
  public:
   explicit Budget(const PlanRequest& request) : most_(request.max_checks), clock_s_(request.clock_s) {
@@ -66,6 +67,13 @@ class Budget {
     spent_ = ++used_ > most_ || (clock_s_ && clock_s_() >= solve_until_s_);
     return spent_;
   }
+  /// Asked very often, therefore looks at the clock only now and then. @return whether the time is up
+  bool time_up() {
+    constexpr unsigned kEvery = 256;
+    if (!clock_s_ || ++glances_ % kEvery != 0) return false;
+    spent_ = spent_ || clock_s_() >= solve_until_s_;
+    return spent_;
+  }
   bool spent() const { return spent_; }
   bool late() const { return clock_s_ && clock_s_() >= deadline_s_; }
   std::size_t used() const { return used_; }
@@ -76,6 +84,7 @@ class Budget {
   double deadline_s_ = std::numeric_limits<double>::infinity();
   double solve_until_s_ = std::numeric_limits<double>::infinity();
   std::size_t used_ = 0;
+  unsigned glances_ = 0;
   bool spent_ = false;
 };
 
@@ -103,10 +112,8 @@ struct Problem {
 class States final : public ob::StateValidityChecker {
  public:
   States(const ob::SpaceInformationPtr& si, Problem& problem) : ob::StateValidityChecker(si), problem_(problem) {}
-  /// States are granted once the budget is spent: BIT* draws until it has a valid one and looks at nothing else in
-  /// between. As no motion is granted any more, none of these gets into an answer.
   bool isValid(const ob::State* state) const override {
-    return problem_.budget.spend() || problem_.place_free(problem_.point(state));
+    return !problem_.budget.spend() && problem_.place_free(problem_.point(state));
   }
 
  private:
@@ -130,6 +137,25 @@ class Motions final : public ob::MotionValidator {
 
  private:
   Problem& problem_;
+};
+
+/// Leaves BIT* in the middle of an iteration.
+struct TimeUp {};
+
+/// BIT* sorts and prunes for many times the budget in one iteration without asking anything; distances are what it
+/// needs all the time. What it holds, it holds by smart pointers.
+class TimedStates final : public ob::RealVectorStateSpace {
+ public:
+  TimedStates(Problem& problem, unsigned dimensions, bool leave)
+      : ob::RealVectorStateSpace(dimensions), problem_(problem), leave_(leave) {}
+  double distance(const ob::State* a, const ob::State* b) const override {
+    if (leave_ && problem_.budget.time_up()) throw TimeUp{};
+    return ob::RealVectorStateSpace::distance(a, b);
+  }
+
+ private:
+  Problem& problem_;
+  bool leave_;
 };
 
 /// PRM* without the thread that OMPL's own `solve` starts to look for solutions, and without its parts that are timed
@@ -186,9 +212,9 @@ void seed_ompl(std::uint64_t seed) {
   ompl::RNG::setSeed(static_cast<std::uint_fast32_t>(make_rng(seed, "ompl")() >> 33) + 1);
 }
 
-ob::StateSpacePtr make_state_space(const Problem& problem) {
+ob::StateSpacePtr make_state_space(Problem& problem, bool leave) {
   const unsigned dimensions = problem.plane_m ? 2 : 3;
-  auto states = std::make_shared<ob::RealVectorStateSpace>(dimensions);
+  auto states = std::make_shared<TimedStates>(problem, dimensions, leave);
   ob::RealVectorBounds bounds(dimensions);
   for (unsigned axis = 0; axis < dimensions; ++axis) {
     bounds.setLow(axis, problem.box.min_m[axis]);
@@ -203,7 +229,9 @@ std::vector<Eigen::Vector3d> solve(OmplPlanner::Algorithm algorithm, Problem& pr
   static std::mutex seeding;
   std::unique_lock<std::mutex> lock(seeding);
   seed_ompl(seed);
-  const ob::StateSpacePtr states = make_state_space(problem);
+  using Algorithm = OmplPlanner::Algorithm;
+  const bool leave = algorithm == Algorithm::kBitStar || algorithm == Algorithm::kAbitStar;
+  const ob::StateSpacePtr states = make_state_space(problem, leave);
   const auto si = std::make_shared<ob::SpaceInformation>(states);
   si->setStateValidityChecker(std::make_shared<States>(si, problem));
   si->setMotionValidator(std::make_shared<Motions>(si, problem));
@@ -219,13 +247,27 @@ std::vector<Eigen::Vector3d> solve(OmplPlanner::Algorithm algorithm, Problem& pr
   const auto objective = std::make_shared<ob::PathLengthOptimizationObjective>(si);
   objective->setCostThreshold(ob::Cost(kGoodEnough * (problem.target_m - problem.root_m).norm()));
   definition->setOptimizationObjective(objective);
+  std::vector<Eigen::Vector3d> best_m;
+  if (leave) {  // it publishes its answer only at the end
+    definition->setIntermediateSolutionCallback(
+        [&](const ob::Planner*, const std::vector<const ob::State*>& from_goal, const ob::Cost) {
+          best_m.assign(1, problem.root_m);
+          for (auto state = from_goal.rbegin(); state != from_goal.rend(); ++state) {
+            best_m.push_back(problem.point(*state));
+          }
+          best_m.push_back(problem.target_m);
+        });
+  }
   const ob::PlannerPtr planner = make_vendor_planner(algorithm, si);
-  planner->setProblemDefinition(definition);
-  planner->setup();
-  lock.unlock();
-
+  try {
+    planner->setProblemDefinition(definition);
+    planner->setup();
+    lock.unlock();
+    planner->solve(ob::PlannerTerminationCondition([&problem] { return problem.budget.spend(); }));
+  } catch (const TimeUp&) {
+    return best_m;
+  }
   // `bool(status)` is true for approximate answers as well.
-  planner->solve(ob::PlannerTerminationCondition([&problem] { return problem.budget.spend(); }));
   if (!definition->hasExactSolution()) return {};
   const auto* path = definition->getSolutionPath()->as<og::PathGeometric>();
   std::vector<Eigen::Vector3d> points_m;
@@ -313,7 +355,7 @@ PlanStatus find_ends(Problem& problem, const PlanRequest& request) {
   const FreeSpace& space = problem.space;
   const auto led_in = [&](const Eigen::Vector3d& wanted_m, Eigen::Vector3d& end_m) {
     VoxelIndex v;
-    if (!finite(wanted_m) || !space.nearest_traversable(wanted_m, kSnap_m, v)) return false;
+    if (!space.nearest_traversable(wanted_m, kSnap_m, v)) return false;
     end_m = wanted_m;
     if (space.grid().index_of(wanted_m) == v && problem.place_free(end_m)) return true;
     end_m = space.grid().center_of(v).cwiseMax(problem.box.min_m).cwiseMin(problem.box.max_m);

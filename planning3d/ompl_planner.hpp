@@ -25,7 +25,7 @@ class OmplPlanner final : public Planner {
   enum class Algorithm { kRrtConnect, kRrtStar, kInformedRrtStar, kBitStar, kAbitStar, kPrmStar };
   struct Config {
     bool shorten = true;
-    std::size_t flood_voxels = 100'000;  ///< pockets up to this size are recognised as closed
+    std::size_t flood_voxels = 40'000;  ///< pockets up to this size are recognised as closed
   };
   explicit OmplPlanner(Algorithm algorithm) : algorithm_(algorithm) {}
   OmplPlanner(Algorithm algorithm, const Config& config) : algorithm_(algorithm), config_(config) {}
