@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kSnap_m = 0.3;
 constexpr std::size_t kMostWritten = 20'000'000;  ///< expansions until the memory of old searches is given back
-constexpr int kPullRounds = 12;
+constexpr int kPullRounds = 16;
+constexpr double kFinestStep = 0.2;  ///< of a voxel, by which corners are moved
 
 bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
@@ -215,17 +216,18 @@ bool ThetaPlanner::drop_corners(const Search& search, std::vector<Eigen::Vector3
   return changed;
 }
 
-/// To the best of the 26 voxels around it, if that is cheaper.
-bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d>& path_m, std::size_t corner) const {
-  const Eigen::Vector3d& before_m = path_m[corner - 1];
-  const Eigen::Vector3d& after_m = path_m[corner + 1];
-  const VoxelIndex v = grid_.index_of(path_m[corner]);
-  double best = cost(search, before_m, path_m[corner]) + cost(search, path_m[corner], after_m) - 1e-4;
+/// To the best of the 26 places a step away, if that is cheaper.
+bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d>& path_m, std::size_t corner,
+                               double step_m) const {
+  const Eigen::Vector3d before_m = path_m[corner - 1];
+  const Eigen::Vector3d here_m = path_m[corner];
+  const Eigen::Vector3d after_m = path_m[corner + 1];
+  double best = cost(search, before_m, here_m) + cost(search, here_m, after_m) - 1e-4;
   bool moved = false;
   for (const GridMove& move : kGridMoves) {
-    const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
-    if (!search.check.voxel_free(to)) continue;
-    const Eigen::Vector3d at_m = grid_.center_of(to);
+    if (search.slice && move.z != 0) continue;
+    const Eigen::Vector3d at_m = here_m + step_m * Eigen::Vector3d(move.x, move.y, move.z);
+    if (!search.space.flight_box().contains(at_m) || !search.check.voxel_free(grid_.index_of(at_m))) continue;
     const double total = cost(search, before_m, at_m) + cost(search, at_m, after_m);
     if (total >= best || !search.sight(before_m, at_m) || !search.sight(at_m, after_m)) continue;
     best = total;
@@ -237,12 +239,15 @@ bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d
 
 void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path_m) const {
   if (!config_.pull_string) return;
+  double step_m = grid_.resolution_m();
   for (int round = 0; round < kPullRounds; ++round) {
     bool changed = drop_corners(search, path_m);
     for (std::size_t corner = 1; corner + 1 < path_m.size(); ++corner) {
-      changed = move_corner(search, path_m, corner) || changed;
+      changed = move_corner(search, path_m, corner, step_m) || changed;
     }
-    if (!changed) return;
+    if (changed) continue;
+    step_m *= 0.5;
+    if (step_m < kFinestStep * grid_.resolution_m()) break;
   }
   drop_corners(search, path_m);
 }

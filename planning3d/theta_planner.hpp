@@ -51,7 +51,7 @@ class ThetaPlanner final : public Planner {
   std::vector<Eigen::Vector3d> trace(const Search& search) const;
   void pull(const Search& search, std::vector<Eigen::Vector3d>& path_m) const;
   bool drop_corners(const Search& search, std::vector<Eigen::Vector3d>& path_m) const;
-  bool move_corner(const Search& search, std::vector<Eigen::Vector3d>& path_m, std::size_t corner) const;
+  bool move_corner(const Search& search, std::vector<Eigen::Vector3d>& path_m, std::size_t corner, double step_m) const;
   float extra_along(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const;
   double cost(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const;
 
