@@ -95,11 +95,11 @@ struct WordEffect {
 };
 
 struct ScanKernels {
-  /// Transforms the points of a scan. @return points that are not finite
-  std::size_t (*transform)(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t count,
-                           RayColumns& rays);
-  /// Fills in ends, keys and flags. `reach` grows by the ends inside the key space.
-  void (*find_ends)(const ScanFrame& frame, RayColumns& rays, LatticeBox& reach);
+  /// Transforms points [first, first + count) of a scan into the same rays. @return points that are not finite
+  std::size_t (*transform)(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t first,
+                           std::size_t count, RayColumns& rays);
+  /// Fills in ends, keys and flags of rays [first, first + count). `reach` grows by the ends inside the key space.
+  void (*find_ends)(const ScanFrame& frame, std::size_t first, std::size_t count, RayColumns& rays, LatticeBox& reach);
   /// Rays [first, first + count), count <= RayBatch::kRays. @return voxels on the ways of rays that are not special
   std::size_t (*prepare)(const ScanFrame& frame, const RayColumns& rays, std::size_t first, std::size_t count,
                          const WindowView& window, RayBatch& batch);

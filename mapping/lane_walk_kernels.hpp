@@ -12,15 +12,15 @@ static inline std::int32_t lattice_key(double scaled) {
   return truncated - (within < static_cast<double>(truncated) ? 1 : 0) + kKeyOrigin;
 }
 
-static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t count,
-                             RayColumns& rays) {
+static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* points_m, std::size_t first,
+                             std::size_t count, RayColumns& rays) {
   const std::array<float, 9> R = frame.rotation;
   const std::array<float, 3> t = frame.origin_m;
   if (count == 0) return 0;
-  const float* in = points_m->data();
-  float* const x = rays.point_m[0].data();
-  float* const y = rays.point_m[1].data();
-  float* const z = rays.point_m[2].data();
+  const float* in = points_m->data() + 3 * first;
+  float* const x = rays.point_m[0].data() + first;
+  float* const y = rays.point_m[1].data() + first;
+  float* const z = rays.point_m[2].data() + first;
   std::int32_t bad = 0;
   STAIRWELL_INDEPENDENT_ROUNDS
   for (std::size_t i = 0; i < count; ++i) {
@@ -38,18 +38,18 @@ static std::size_t transform(const ScanFrame& frame, const Eigen::Vector3f* poin
   return static_cast<std::size_t>(bad);
 }
 
-static void find_ends(const ScanFrame& frame, RayColumns& rays, LatticeBox& reach) {
-  const std::size_t count = rays.size();
-  const float* const px = rays.point_m[0].data();
-  const float* const py = rays.point_m[1].data();
-  const float* const pz = rays.point_m[2].data();
-  float* const ex = rays.end_m[0].data();
-  float* const ey = rays.end_m[1].data();
-  float* const ez = rays.end_m[2].data();
-  std::int32_t* const kx = rays.key[0].data();
-  std::int32_t* const ky = rays.key[1].data();
-  std::int32_t* const kz = rays.key[2].data();
-  std::int32_t* const flags = rays.flags.data();
+static void find_ends(const ScanFrame& frame, std::size_t first, std::size_t count, RayColumns& rays,
+                      LatticeBox& reach) {
+  const float* const px = rays.point_m[0].data() + first;
+  const float* const py = rays.point_m[1].data() + first;
+  const float* const pz = rays.point_m[2].data() + first;
+  float* const ex = rays.end_m[0].data() + first;
+  float* const ey = rays.end_m[1].data() + first;
+  float* const ez = rays.end_m[2].data() + first;
+  std::int32_t* const kx = rays.key[0].data() + first;
+  std::int32_t* const ky = rays.key[1].data() + first;
+  std::int32_t* const kz = rays.key[2].data() + first;
+  std::int32_t* const flags = rays.flags.data() + first;
   const auto [ox, oy, oz] = frame.origin_m;
   const float squared_range = frame.squared_range_m2;
   const float range = frame.range_m;

@@ -8,12 +8,14 @@
 
 #include <algorithm>
 #include <array>
+#include <barrier>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numeric>
 #include <string>
 #include <unordered_set>
+#include <utility>
 
 namespace stairwell::mapping {
 
@@ -144,6 +146,7 @@ struct Share {
   RayBatch batch;
   std::vector<std::uint32_t> uncertain;  ///< rays of the batch
   std::vector<RayEnd> special, for_walker;
+  LatticeBox reach;
   std::size_t steps = 0;
 };
 
@@ -156,13 +159,15 @@ struct ScanIntegrator::Impl {
   std::vector<Share> shares;
   std::vector<ScanWindow*> windows;  ///< of the shares
   std::vector<std::vector<BlockUpdate>> updates;
+  std::barrier<> barrier;
 
   explicit Impl(const Config& config_in)
       : config(config_in),
         kernels(&lanes::kernels(config.simd)),
         pool(config.threads),
         shares(static_cast<std::size_t>(config.threads)),
-        updates(shares.size()) {
+        updates(shares.size()),
+        barrier(config.threads) {
     for (Share& share : shares) windows.push_back(&share.window);
   }
 
@@ -192,6 +197,45 @@ struct ScanIntegrator::Impl {
       for (std::size_t axis = 0; axis < 3; ++axis) rays.key[axis][i] = origin_key[axis];
     }
     return limit;
+  }
+
+  /// Thread i's part of so many: first, and one after the last.
+  std::pair<std::size_t, std::size_t> part_of(std::size_t count, int i) const {
+    const auto parts = static_cast<std::size_t>(config.threads);
+    const auto part = static_cast<std::size_t>(i);
+    return {count * part / parts, count * (part + 1) / parts};
+  }
+
+  /// @return points that are not finite
+  std::size_t transform(const ScanFrame& frame, const Scan& scan) {
+    pool.run([&](int i) {
+      const auto [first, last] = part_of(rays.size(), i);
+      shares[static_cast<std::size_t>(i)].steps =
+          kernels->transform(frame, scan.points_m.data(), first, last - first, rays);
+    });
+    std::size_t dropped = 0;
+    for (const Share& share : shares) dropped += share.steps;
+    return dropped;
+  }
+
+  /// @return `reach` grown by the ends
+  LatticeBox find_ends(const ScanFrame& frame, LatticeBox reach) {
+    pool.run([&](int i) {
+      const auto [first, last] = part_of(rays.size(), i);
+      LatticeBox& mine = shares[static_cast<std::size_t>(i)].reach;
+      mine = reach;
+      kernels->find_ends(frame, first, last - first, rays, mine);
+    });
+    for (const Share& share : shares) {
+      reach.extend(share.reach.lo);
+      reach.extend(share.reach.hi);
+    }
+    return reach;
+  }
+
+  /// Waits until all threads are here.
+  void meet() {
+    if (config.threads > 1) barrier.arrive_and_wait();
   }
 
   /// The `part`th of what the scan says, from all windows.
@@ -262,12 +306,11 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
   const ScanFrame frame = frame_of(scan, lattice, origin_m, origin_key);
   RayColumns& rays = impl_->rays;
   rays.resize(scan.points_m.size());
-  stats.dropped_not_finite = impl_->kernels->transform(frame, scan.points_m.data(), scan.points_m.size(), rays);
+  stats.dropped_not_finite = impl_->transform(frame, scan);
   if (impl_->config.discretize) {
     impl_->end_voxels.keep_one_per_voxel(lattice, *impl_->kernels, rays);
   }
-  LatticeBox reach{origin_key, origin_key};
-  impl_->kernels->find_ends(frame, rays, reach);
+  const LatticeBox reach = impl_->find_ends(frame, {origin_key, origin_key});
 
   std::vector<Share>& shares = impl_->shares;
   LatticeBox limit;
@@ -276,13 +319,13 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
     if (!share.window.open(map, reach, impl_->config.limit ? &limit : nullptr)) return stats;
   }
   const RayWalker walker(lattice, origin_m, origin_key);
-  const std::size_t parts = shares.size();
   impl_->pool.run([&](int i) {
-    const auto part = static_cast<std::size_t>(i);
-    impl_->carve(frame, walker, rays.size() * part / parts, rays.size() * (part + 1) / parts, shares[part]);
+    const auto [first, last] = impl_->part_of(rays.size(), i);
+    impl_->carve(frame, walker, first, last, shares[static_cast<std::size_t>(i)]);
+    impl_->meet();  // the windows of all are needed now
+    impl_->collect(map, i);
   });
   for (const Share& share : shares) stats.ray_steps += share.steps;
-  impl_->pool.run([&](int i) { impl_->collect(map, i); });
   const OccupancyMap::ScanEffect effect = map.apply(impl_->updates, *impl_->kernels, impl_->pool);
   stats.voxels_updated = effect.updated;
   stats.voxels_changed = effect.changed;

@@ -3,8 +3,21 @@
 namespace stairwell::mapping {
 
 namespace {
+
 constexpr std::uint32_t kOver = 1U << 31;
+constexpr int kSpins = 4000;  // some ten microseconds: the next task of a scan comes soon, and waking up takes longer
+
+/// Until the value is another one than `old`.
+template <typename T>
+void spin_while(const std::atomic<T>& value, T old) {
+  for (int i = 0; i < kSpins && value.load(std::memory_order_acquire) == old; ++i) {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+  }
 }
+
+}  // namespace
 
 WorkerPool::WorkerPool(int threads) {
   for (int number = 1; number < threads; ++number) {
@@ -28,6 +41,7 @@ void WorkerPool::run_erased(Call call, void* context) {
   }
   call(context, 0);
   for (int left = busy_.load(std::memory_order_acquire); left > 0; left = busy_.load(std::memory_order_acquire)) {
+    spin_while(busy_, left);
     busy_.wait(left, std::memory_order_acquire);
   }
 }
@@ -35,6 +49,7 @@ void WorkerPool::run_erased(Call call, void* context) {
 void WorkerPool::work(int number) {
   std::uint32_t seen = 0;
   for (;;) {
+    spin_while(round_, seen);
     round_.wait(seen, std::memory_order_acquire);
     const std::uint32_t now = round_.load(std::memory_order_acquire);
     if ((now & kOver) != 0) return;
