@@ -1,7 +1,8 @@
 #include "planning3d/apf_planner.hpp"
 
 #include "core/units.hpp"
-#include "planning3d/segment_check.hpp"
+#include "planning3d/plan_ends.hpp"
+#include "planning3d/shorten_path.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +10,6 @@
 namespace stairwell::planning3d {
 
 namespace {
-
-constexpr double kSnap_m = 0.3;
 
 /// Distance to the nearest blocked voxel, trilinear between voxel centres.
 double obstacle_distance_m(const FreeSpace& space, const Eigen::Vector3d& at_m) {
@@ -63,32 +62,22 @@ double ApfPlanner::potential(const FreeSpace& space, const PlanRequest& request,
 
 PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
-  VoxelIndex start;
-  VoxelIndex goal;
-  if (!request.start_m.array().isFinite().all() || !space.nearest_traversable(request.start_m, kSnap_m, start)) {
-    result.status = PlanStatus::kStartBlocked;
-    return result;
-  }
   const SegmentCheck check(space, request.keep_out, request.start_m);
-  if (!request.goal_m.array().isFinite().all() || !space.nearest_traversable(request.goal_m, kSnap_m, goal) ||
-      !check.voxel_free(goal)) {
-    result.status = PlanStatus::kGoalBlocked;
-    return result;
-  }
+  PlanEnds ends;
+  result.status = find_ends(space, request, check, ends);
+  if (result.status != PlanStatus::kReached) return result;
   const bool slice = request.rule.kind == MotionRule::Kind::kSlice;
-  const bool start_fits = space.traversable(space.grid().index_of(request.start_m)) && check.fits(request.start_m);
-  const bool goal_fits = space.traversable(space.grid().index_of(request.goal_m)) && check.fits(request.goal_m);
   PlanRequest aimed = request;
-  if (!goal_fits) aimed.goal_m = space.grid().center_of(goal);
+  aimed.goal_m = ends.goal_m;
   std::vector<Eigen::Vector3d> path_m{request.start_m};
-  if (!start_fits) path_m.push_back(space.grid().center_of(start));
+  if (ends.start_m != request.start_m) path_m.push_back(ends.start_m);
   const std::vector<Eigen::Vector3d> fixed = directions(slice);
   double here = potential(space, aimed, path_m.back());
   result.status = PlanStatus::kLocalMinimum;
   for (; result.expansions < request.max_expansions; ++result.expansions) {
     const Eigen::Vector3d at_m = path_m.back();
     Eigen::Vector3d towards_m = aimed.goal_m - at_m;
-    const bool level = !slice || start.z == goal.z;
+    const bool level = !slice || ends.start.z == ends.goal.z;
     if (level && towards_m.norm() <= config_.step_m && check.segment_free(at_m, aimed.goal_m)) {
       path_m.push_back(aimed.goal_m);
       result.status = PlanStatus::kReached;
@@ -114,8 +103,7 @@ PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) 
     if (result.expansions >= request.max_expansions) result.status = PlanStatus::kTimedOut;
     return result;
   }
-  result.length_m = 0.0;
-  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) result.length_m += (path_m[i + 1] - path_m[i]).norm();
+  result.length_m = path_length_m(path_m);
   result.path_m = std::move(path_m);
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include "planning3d/cost_tables.hpp"
 #include "planning3d/grid_moves.hpp"
+#include "planning3d/shorten_path.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,29 +13,23 @@ namespace stairwell::planning3d {
 
 namespace {
 
-constexpr double kSnap_m = 0.3;
-constexpr std::size_t kMostWritten = 20'000'000;  ///< expansions until the memory of old searches is given back
 constexpr std::uint8_t kNoMove = kGridMoves.size();
-
-bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
 }  // namespace
 
 struct AstarPlanner::Search {
   const FreeSpace& space;
   const PlanRequest& request;
-  SegmentCheck check;
-  VoxelIndex start;
-  VoxelIndex goal;
-  Eigen::Vector3d end_m;
+  const SegmentCheck& check;
+  const PlanEnds& ends;
   bool slice;
   std::size_t expansions = 0;
 
   /// Least number of voxel lengths to the goal by the allowed moves (consistent).
   float heuristic(const VoxelIndex& v) const {
-    const auto dx = static_cast<float>(std::abs(v.x - goal.x));
-    const auto dy = static_cast<float>(std::abs(v.y - goal.y));
-    const auto dz = static_cast<float>(std::abs(v.z - goal.z));
+    const auto dx = static_cast<float>(std::abs(v.x - ends.goal.x));
+    const auto dy = static_cast<float>(std::abs(v.y - ends.goal.y));
+    const auto dz = static_cast<float>(std::abs(v.z - ends.goal.z));
     if (slice) return std::max(dx, dy) + 0.41421354F * std::min(dx, dy) + dz;
     const float most = std::max({dx, dy, dz});
     const float least = std::min({dx, dy, dz});
@@ -45,45 +40,34 @@ struct AstarPlanner::Search {
 };
 
 void AstarPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
-  lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
-  const bool crowded = written_ > kMostWritten;
-  if (!(grid_ == space.grid()) || nodes_.empty() || crowded || stamp_ == std::numeric_limits<std::uint32_t>::max()) {
-    grid_ = space.grid();
-    nodes_ = {};  // first, so that there are never two
-    nodes_ = LazyArray<Node>(grid_.voxel_count());
-    stamp_ = 0;
-    written_ = 0;
-  }
-  ++stamp_;
-  open_.clear();
+  nodes_.renew(space.grid());
   nearness_ = nearness_table(space, request.clearance_weight, config_.comfort_m);
-  level_ = level_table(grid_, request.rule);
+  level_ = level_table(space.grid(), request.rule);
 }
 
 PlanStatus AstarPlanner::search(Search& search) {
-  const auto worse = [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); };
   const auto weight = static_cast<float>(std::max(1.0, config_.heuristic_weight));
+  const GridSpec& grid = search.space.grid();
+  const std::uint32_t stamp = nodes_.stamp();
   const auto& squared = search.space.blocked_distance().data();
-  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
-  const auto last = static_cast<std::uint32_t>(grid_.linear(search.goal));
+  const auto first = static_cast<std::uint32_t>(grid.linear(search.ends.start));
+  const auto last = static_cast<std::uint32_t>(grid.linear(search.ends.goal));
   std::array<std::ptrdiff_t, kGridMoves.size()> offsets{};
   for (std::size_t m = 0; m < kGridMoves.size(); ++m) {
     offsets[m] = kGridMoves[m].x +
-                 grid_.size()[0] * (kGridMoves[m].y + static_cast<std::ptrdiff_t>(grid_.size()[1]) * kGridMoves[m].z);
+                 grid.size()[0] * (kGridMoves[m].y + static_cast<std::ptrdiff_t>(grid.size()[1]) * kGridMoves[m].z);
   }
-  const HeightRange heights = useful_heights(level_, search.start.z, search.goal.z);
-  nodes_[first] = {0.0F, stamp_, kNoMove, false};
-  open_.push_back({weight * search.heuristic(search.start), 0.0F, first});
-  while (!open_.empty()) {
-    const Open best = open_.front();
-    std::pop_heap(open_.begin(), open_.end(), worse);
-    open_.pop_back();
+  const HeightRange heights = useful_heights(level_, search.ends.start.z, search.ends.goal.z);
+  nodes_[first] = {0.0F, stamp, kNoMove, false};
+  nodes_.push({weight * search.heuristic(search.ends.start), 0.0F, first});
+  while (!nodes_.nothing_open()) {
+    const OpenVoxel best = nodes_.pop_best();
     Node& node = nodes_[best.cell];
     if (node.closed || best.g > node.g) continue;
     node.closed = true;
     if (best.cell == last) return PlanStatus::kReached;
     if (search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
-    const VoxelIndex v = grid_.voxel(best.cell);
+    const VoxelIndex v = grid.voxel(best.cell);
     const bool level = level_[static_cast<std::size_t>(v.z)] != 0;
     const float near = nearness_[squared[best.cell]];
     const bool roomy = search.check.roomy(v);
@@ -95,24 +79,23 @@ PlanStatus AstarPlanner::search(Search& search) {
       const auto next = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(best.cell) + offsets[m]);
       Node& there = nodes_[next];
       const float g = node.g + move.length * (1.0F + 0.5F * (near + nearness_[squared[next]]));
-      if (there.stamp == stamp_ && (there.closed || g >= there.g)) continue;
+      if (there.stamp == stamp && (there.closed || g >= there.g)) continue;
       // Two places that fit do not make the diagonal between them fit where it is tight.
       if (move.length > 1.0F && !roomy && !search.check.roomy(to) &&
-          !search.check.fits(0.5 * (grid_.center_of(v) + grid_.center_of(to)))) {
+          !search.check.fits(0.5 * (grid.center_of(v) + grid.center_of(to)))) {
         continue;
       }
-      there = {g, stamp_, static_cast<std::uint8_t>(m), false};
-      open_.push_back({g + weight * search.heuristic(to), g, next});
-      std::push_heap(open_.begin(), open_.end(), worse);
+      there = {g, stamp, static_cast<std::uint8_t>(m), false};
+      nodes_.push({g + weight * search.heuristic(to), g, next});
     }
   }
   return PlanStatus::kNoPath;
 }
 
 std::vector<VoxelIndex> AstarPlanner::trace(const Search& search) const {
-  std::vector<VoxelIndex> cells{search.goal};
+  std::vector<VoxelIndex> cells{search.ends.goal};
   for (;;) {
-    const std::uint8_t from = nodes_[grid_.linear(cells.back())].from;
+    const std::uint8_t from = nodes_[search.space.grid().linear(cells.back())].from;
     if (from == kNoMove) break;
     const GridMove& move = kGridMoves[from];
     cells.push_back(cells.back() - VoxelIndex{move.x, move.y, move.z});
@@ -122,40 +105,30 @@ std::vector<VoxelIndex> AstarPlanner::trace(const Search& search) const {
 }
 
 std::vector<Eigen::Vector3d> AstarPlanner::pull(const Search& search, const std::vector<VoxelIndex>& cells) const {
-  const auto& field = search.space.blocked_distance();
+  const GridSpec& grid = search.space.grid();
+  const Eigen::Vector3d& end_m = search.ends.goal_m;
   std::vector<Eigen::Vector3d> points_m;
   std::vector<double> cost;  // from the start, in voxels
-  const Eigen::Vector3d first_m = grid_.center_of(cells.front());
+  const Eigen::Vector3d first_m = grid.center_of(cells.front());
   if ((first_m - search.request.start_m).norm() > 1e-9) {
     points_m.push_back(search.request.start_m);
-    cost.push_back(-(first_m - search.request.start_m).norm() / grid_.resolution_m());
+    cost.push_back(-(first_m - search.request.start_m).norm() / grid.resolution_m());
   }
   for (const VoxelIndex& v : cells) {
-    points_m.push_back(grid_.center_of(v));
-    cost.push_back(static_cast<double>(nodes_[grid_.linear(v)].g));
+    points_m.push_back(grid.center_of(v));
+    cost.push_back(static_cast<double>(nodes_[grid.linear(v)].g));
   }
-  if ((points_m.back() - search.end_m).norm() > 1e-9) {
-    cost.push_back(cost.back() + (points_m.back() - search.end_m).norm() / grid_.resolution_m());
-    points_m.push_back(search.end_m);
+  if ((points_m.back() - end_m).norm() > 1e-9) {
+    cost.push_back(cost.back() + (points_m.back() - end_m).norm() / grid.resolution_m());
+    points_m.push_back(end_m);
   }
   if (!config_.pull_string) return points_m;
 
   const auto straight_cost = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
-    const double length = (b_m - a_m).norm() / grid_.resolution_m();
-    const int pieces = std::max(1, static_cast<int>(std::ceil(length)));
-    double near = 0.0;
-    for (int k = 0; k < pieces; ++k) {
-      const Eigen::Vector3d at_m = a_m + (k + 0.5) / pieces * (b_m - a_m);
-      near += static_cast<double>(nearness_[field.squared_cells(grid_.index_of(at_m))]);
-    }
-    return length * (1.0 + near / pieces);
+    return (b_m - a_m).norm() / grid.resolution_m() * (1.0 + mean_nearness(search.space, nearness_, a_m, b_m));
   };
   const auto allowed = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) {
-    if (!search.slice) return true;
-    const VoxelIndex a = grid_.index_of(a_m);
-    const VoxelIndex b = grid_.index_of(b_m);
-    if (a.x == b.x && a.y == b.y) return true;
-    return a.z == b.z && level_[static_cast<std::size_t>(a.z)] != 0;
+    return !search.slice || stays_in_slice(level_, grid.index_of(a_m), grid.index_of(b_m));
   };
   const auto shortcut = [&](std::size_t i, std::size_t j) {
     return allowed(points_m[i], points_m[j]) && search.check.segment_free(points_m[i], points_m[j]) &&
@@ -191,35 +164,19 @@ std::vector<Eigen::Vector3d> AstarPlanner::pull(const Search& search, const std:
 PlanResult AstarPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
   lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
-  VoxelIndex start;
-  VoxelIndex goal;
-  if (!finite(request.start_m) || !space.nearest_traversable(request.start_m, kSnap_m, start)) {
-    result.status = PlanStatus::kStartBlocked;
-    return result;
-  }
-  if (!finite(request.goal_m) || !space.nearest_traversable(request.goal_m, kSnap_m, goal)) {
-    result.status = PlanStatus::kGoalBlocked;
-    return result;
-  }
-  Search search{space, request,        SegmentCheck(space, request.keep_out, request.start_m), start,
-                goal,  request.goal_m, request.rule.kind == MotionRule::Kind::kSlice};
-  const bool goal_fits = space.grid().index_of(request.goal_m) == goal && search.check.fits(request.goal_m);
-  if (!goal_fits) search.end_m = space.grid().center_of(goal);
-  if (!search.check.voxel_free(goal) || !search.check.outside_keep_out(search.end_m)) {
-    result.status = PlanStatus::kGoalBlocked;
-    return result;
-  }
+  const SegmentCheck check(space, request.keep_out, request.start_m);
+  PlanEnds ends;
+  result.status = find_ends(space, request, check, ends);
+  if (result.status != PlanStatus::kReached) return result;
   prepare(space, request);
+  Search search{space, request, check, ends, request.rule.kind == MotionRule::Kind::kSlice};
   result.status = this->search(search);
   result.expansions = search.expansions;
-  written_ += search.expansions;
+  nodes_.count(search.expansions);
   if (result.status != PlanStatus::kReached) return result;
-  lattice_cost_m_ = static_cast<double>(nodes_[grid_.linear(goal)].g) * grid_.resolution_m();
+  lattice_cost_m_ = static_cast<double>(nodes_[space.grid().linear(ends.goal)].g) * space.grid().resolution_m();
   result.path_m = pull(search, trace(search));
-  result.length_m = 0.0;
-  for (std::size_t i = 0; i + 1 < result.path_m.size(); ++i) {
-    result.length_m += (result.path_m[i + 1] - result.path_m[i]).norm();
-  }
+  result.length_m = path_length_m(result.path_m);
   if (result.path_m.size() == 1) result.path_m.push_back(result.path_m.front());
   return result;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "planning3d/lazy_array.hpp"
+#include "planning3d/plan_ends.hpp"
 #include "planning3d/planner.hpp"
-#include "planning3d/segment_check.hpp"
+#include "planning3d/search_memory.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -36,11 +36,6 @@ class AstarPlanner final : public Planner {
     std::uint8_t from;
     bool closed;
   };
-  struct Open {
-    float f;
-    float g;
-    std::uint32_t cell;
-  };
   struct Search;
 
   void prepare(const FreeSpace& space, const PlanRequest& request);
@@ -49,13 +44,9 @@ class AstarPlanner final : public Planner {
   std::vector<Eigen::Vector3d> pull(const Search& search, const std::vector<VoxelIndex>& cells) const;
 
   Config config_{};
-  GridSpec grid_;
-  LazyArray<Node> nodes_;
-  std::size_t written_ = 0;  ///< expansions since nodes_ was made
-  std::vector<Open> open_;
+  SearchMemory<Node> nodes_;
   std::vector<float> nearness_;      ///< by squared distance in cells
   std::vector<std::uint8_t> level_;  ///< by z: horizontal moves allowed
-  std::uint32_t stamp_ = 0;
   double lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -18,6 +18,18 @@ std::vector<float> nearness_table(const FreeSpace& space, double clearance_weigh
   return nearness;
 }
 
+double mean_nearness(const FreeSpace& space, const std::vector<float>& nearness, const Eigen::Vector3d& a_m,
+                     const Eigen::Vector3d& b_m) {
+  const GridSpec& grid = space.grid();
+  const int pieces = std::max(1, static_cast<int>(std::ceil((b_m - a_m).norm() / grid.resolution_m())));
+  double sum = 0.0;
+  for (int k = 0; k < pieces; ++k) {
+    const Eigen::Vector3d at_m = a_m + (k + 0.5) / pieces * (b_m - a_m);
+    sum += static_cast<double>(nearness[space.blocked_distance().squared_cells(grid.index_of(at_m))]);
+  }
+  return sum / pieces;
+}
+
 std::vector<std::uint8_t> level_table(const GridSpec& grid, const MotionRule& rule) {
   const bool anywhere = rule.kind == MotionRule::Kind::kVolume;
   std::vector<std::uint8_t> level(static_cast<std::size_t>(grid.size()[2]), anywhere ? 1 : 0);
@@ -27,6 +39,11 @@ std::vector<std::uint8_t> level_table(const GridSpec& grid, const MotionRule& ru
     if (z >= 0 && z < grid.size()[2]) level[static_cast<std::size_t>(z)] = 1;
   }
   return level;
+}
+
+bool stays_in_slice(const std::vector<std::uint8_t>& level, const VoxelIndex& a, const VoxelIndex& b) {
+  if (a.x == b.x && a.y == b.y) return true;
+  return a.z == b.z && level[static_cast<std::size_t>(a.z)] != 0;
 }
 
 HeightRange useful_heights(const std::vector<std::uint8_t>& level, int start_z, int goal_z) {

@@ -11,8 +11,14 @@ namespace stairwell::planning3d {
 /// least clearance, falling as a parabola to 0 at `comfort_m` beyond it.
 std::vector<float> nearness_table(const FreeSpace& space, double clearance_weight, double comfort_m);
 
+/// Its mean along a straight line, sampled about once a voxel.
+double mean_nearness(const FreeSpace& space, const std::vector<float>& nearness, const Eigen::Vector3d& a_m,
+                     const Eigen::Vector3d& b_m);
+
 /// By voxel z: 1 where the rule allows horizontal moves.
 std::vector<std::uint8_t> level_table(const GridSpec& grid, const MotionRule& rule);
+/// Whether the slice rule allows the straight line between two voxels: in a column, or in a layer.
+bool stays_in_slice(const std::vector<std::uint8_t>& level, const VoxelIndex& a, const VoxelIndex& b);
 
 /// Lowest and highest voxel that a path may need: by the slice rule, columns beyond all layers and both ends lead
 /// nowhere.

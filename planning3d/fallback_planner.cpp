@@ -1,6 +1,7 @@
 #include "planning3d/fallback_planner.hpp"
 
 #include "core/errors.hpp"
+#include "planning3d/plan_ends.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -11,14 +12,13 @@ namespace stairwell::planning3d {
 namespace {
 
 constexpr double kStart_m = 1e-6;
-// Planners lead a goal that is off traversable space to the nearest of it; the voxel's centre may be off as well.
-constexpr double kSnap_m = 0.3;
 
 bool well_formed(const FreeSpace& space, const PlanRequest& request, const std::vector<Eigen::Vector3d>& path_m) {
   if (path_m.size() < 2) return false;
   if (!std::all_of(path_m.begin(), path_m.end(), [](const Eigen::Vector3d& p_m) { return p_m.allFinite(); })) {
     return false;
   }
+  // Planners lead a goal that is off traversable space to the nearest of it; the voxel's centre may be off as well.
   const double reach_m = kSnap_m + space.grid().resolution_m();
   return (path_m.front() - request.start_m).norm() <= kStart_m && (path_m.back() - request.goal_m).norm() <= reach_m;
 }

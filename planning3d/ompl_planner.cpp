@@ -2,6 +2,7 @@
 
 #include "core/rng.hpp"
 #include "planning3d/lazy_array.hpp"
+#include "planning3d/plan_ends.hpp"
 #include "planning3d/segment_check.hpp"
 #include "planning3d/shorten_path.hpp"
 
@@ -33,7 +34,6 @@ namespace {
 namespace ob = ompl::base;
 namespace og = ompl::geometric;
 
-constexpr double kSnap_m = 0.3;
 constexpr double kLeastExtent_m = 1e-3;  // OMPL wants bounds with a volume
 constexpr double kGoodEnough = 1.001;    // of the straight line: nothing left to gain
 constexpr double kSolveShare = 0.9;      // of the time left; the rest is for shortening
@@ -351,7 +351,7 @@ bool every_segment_free(const Problem& problem, const std::vector<Eigen::Vector3
 
 /// Where planning begins and ends: as asked where the robot fits, else the nearest voxel's centre.
 /// @return kReached if there are such places
-PlanStatus find_ends(Problem& problem, const PlanRequest& request) {
+PlanStatus find_root_and_target(Problem& problem, const PlanRequest& request) {
   const FreeSpace& space = problem.space;
   const auto led_in = [&](const Eigen::Vector3d& wanted_m, Eigen::Vector3d& end_m) {
     VoxelIndex v;
@@ -408,7 +408,7 @@ PlanResult OmplPlanner::plan(const FreeSpace& space, const PlanRequest& request)
                   space.flight_box().intersection(space.grid().box()),
                   Budget(request),
                   {}};
-  result.status = find_ends(problem, request);
+  result.status = find_root_and_target(problem, request);
   if (result.status != PlanStatus::kReached) return result;
   const Eigen::Vector3d first_m = problem.root_m;
   const Eigen::Vector3d last_m = problem.target_m;

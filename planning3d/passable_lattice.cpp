@@ -1,5 +1,7 @@
 #include "planning3d/passable_lattice.hpp"
 
+#include "planning3d/cost_tables.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -23,44 +25,38 @@ int chosen_stride(const GridSpec& grid) {
 }  // namespace
 
 void PassableLattice::resize(const GridSpec& grid) {
-  if (!flags_.empty() && grid == grid_) return;
-  grid_ = grid;
-  cell_voxels_ = stride_ > 0 ? stride_ : chosen_stride(grid);
-  std::size_t cells = 1;
+  if (!flags_.empty() && grid == frame_.grid) return;
+  frame_.grid = grid;
+  frame_.cell_voxels = stride_ > 0 ? stride_ : chosen_stride(grid);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    size_[axis] = (grid.size()[axis] + cell_voxels_ - 1) / cell_voxels_ + 2;
-    cells *= static_cast<std::size_t>(size_[axis]);
+    frame_.size[axis] = (grid.size()[axis] + frame_.cell_voxels - 1) / frame_.cell_voxels + 2;
   }
-  flags_.assign(cells, 0);
+  flags_.assign(frame_.cell_count(), 0);
   basis_ = {};
 }
 
-Eigen::Vector3d PassableLattice::center_of(std::size_t cell) const {
-  const auto nx = static_cast<std::size_t>(size_[0]);
-  const auto ny = static_cast<std::size_t>(size_[1]);
+Eigen::Vector3d LatticeFrame::center_of(std::size_t cell) const {
+  const auto nx = static_cast<std::size_t>(size[0]);
+  const auto ny = static_cast<std::size_t>(size[1]);
   const Eigen::Vector3d at(static_cast<double>(cell % nx), static_cast<double>(cell / nx % ny),
                            static_cast<double>(cell / (nx * ny)));
-  const double edge_m = cell_voxels_ * grid_.resolution_m();
-  return grid_.box().min_m + (at - Eigen::Vector3d::Constant(0.5)) * edge_m;
+  const double edge_m = cell_voxels * grid.resolution_m();
+  return grid.box().min_m + (at - Eigen::Vector3d::Constant(0.5)) * edge_m;
 }
 
 void PassableLattice::update(const FreeSpace& space, const MotionRule& rule) {
-  resize(space.grid());
+  const GridSpec& grid = space.grid();
+  resize(grid);
   const mapping::DistanceField& field = space.blocked_distance();
   Basis basis{field.id(), space.min_squared_cells(), space.lo(), space.hi(), rule.kind, rule.layers_m};
   const bool known = basis == basis_;
   if (known && field.revision() == revision_) return;
   const auto redo = [&](const mapping::VoxelBox& box) { mark(space, box); };
   if (!known || !field.for_each_change_since(revision_, redo)) {
-    level_.assign(static_cast<std::size_t>(grid_.size()[2]), 0);
-    if (rule.kind == MotionRule::Kind::kSlice) {
-      for (const double height_m : rule.layers_m) {
-        const int z = grid_.index_of({0.0, 0.0, height_m}).z;
-        if (z >= 0 && z < grid_.size()[2]) level_[static_cast<std::size_t>(z)] = 1;
-      }
-    }
+    level_.assign(static_cast<std::size_t>(grid.size()[2]), 0);
+    if (rule.kind == MotionRule::Kind::kSlice) level_ = level_table(grid, rule);
     std::fill(flags_.begin(), flags_.end(), std::uint8_t{0});
-    mark(space, {{0, 0, 0}, {grid_.size()[0] - 1, grid_.size()[1] - 1, grid_.size()[2] - 1}});
+    mark(space, {{0, 0, 0}, {grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1}});
   }
   basis_ = std::move(basis);
   revision_ = field.revision();
@@ -68,12 +64,13 @@ void PassableLattice::update(const FreeSpace& space, const MotionRule& rule) {
 
 /// Makes the cells that meet the box afresh.
 void PassableLattice::mark(const FreeSpace& space, const mapping::VoxelBox& box) {
-  const int w = cell_voxels_;
+  const GridSpec& grid = frame_.grid;
+  const int w = frame_.cell_voxels;
   const VoxelIndex first{box.lo.x / w * w, box.lo.y / w * w, box.lo.z / w * w};
   const VoxelIndex last{box.hi.x / w * w + w - 1, box.hi.y / w * w + w - 1, box.hi.z / w * w + w - 1};
   for (int z = first.z; z <= last.z; z += w) {
     for (int y = first.y; y <= last.y; y += w) {
-      std::uint8_t* const row = flags_.data() + cell_of({first.x, y, z});
+      std::uint8_t* const row = flags_.data() + frame_.cell_of({first.x, y, z});
       std::fill(row, row + (last.x - first.x + w) / w, std::uint8_t{0});
     }
   }
@@ -84,8 +81,8 @@ void PassableLattice::mark(const FreeSpace& space, const mapping::VoxelBox& box)
   for (int z = std::max(first.z, space.lo().z); z <= std::min(last.z, space.hi().z); ++z) {
     const std::uint8_t mark = level_[static_cast<std::size_t>(z)] != 0 ? kPassable | kLevel : kPassable;
     for (int y = std::max(first.y, space.lo().y); y <= std::min(last.y, space.hi().y); ++y) {
-      const std::uint16_t* const row = squared.data() + grid_.linear({0, y, z});
-      std::uint8_t* const cells = flags_.data() + cell_of({0, y, z});
+      const std::uint16_t* const row = squared.data() + grid.linear({0, y, z});
+      std::uint8_t* const cells = flags_.data() + frame_.cell_of({0, y, z});
       int in_cell = from_x % w;
       std::size_t cell = static_cast<std::size_t>(from_x / w);
       for (int x = from_x; x <= to_x; ++x) {

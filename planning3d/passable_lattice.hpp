@@ -9,6 +9,25 @@
 
 namespace stairwell::planning3d {
 
+/// Cells `cell_voxels` voxels wide over a grid, with a border of one cell on every side.
+struct LatticeFrame {
+  GridSpec grid;
+  int cell_voxels = 1;
+  std::array<int, 3> size{0, 0, 0};  ///< cells per axis, border included
+
+  std::size_t cell_count() const {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+  }
+  std::size_t cell_of(const VoxelIndex& v) const {
+    const auto x = static_cast<std::size_t>(v.x / cell_voxels + 1);
+    const auto y = static_cast<std::size_t>(v.y / cell_voxels + 1);
+    const auto z = static_cast<std::size_t>(v.z / cell_voxels + 1);
+    return (z * static_cast<std::size_t>(size[1]) + y) * static_cast<std::size_t>(size[0]) + x;
+  }
+  Eigen::Vector3d center_of(std::size_t cell) const;
+  friend bool operator==(const LatticeFrame&, const LatticeFrame&) = default;
+};
+
 /// Which cells of a coarser lattice hold a traversable voxel, brought up to date from what changed. Cells are `stride`
 /// voxels wide and have a border of one impassable cell on every side.
 class PassableLattice {
@@ -20,18 +39,7 @@ class PassableLattice {
   /// Looks only where distances changed since the last call, if that was for the same field, rule and robot.
   void update(const FreeSpace& space, const MotionRule& rule);
 
-  const GridSpec& grid() const { return grid_; }
-  int cell_voxels() const { return cell_voxels_; }
-  /// Cells per axis, border included.
-  const std::array<int, 3>& size() const { return size_; }
-  std::size_t cell_count() const { return flags_.size(); }
-  std::size_t cell_of(const VoxelIndex& v) const {
-    const auto x = static_cast<std::size_t>(v.x / cell_voxels_ + 1);
-    const auto y = static_cast<std::size_t>(v.y / cell_voxels_ + 1);
-    const auto z = static_cast<std::size_t>(v.z / cell_voxels_ + 1);
-    return (z * static_cast<std::size_t>(size_[1]) + y) * static_cast<std::size_t>(size_[0]) + x;
-  }
-  Eigen::Vector3d center_of(std::size_t cell) const;
+  const LatticeFrame& frame() const { return frame_; }
 
   static constexpr std::uint8_t kPassable = 1;
   static constexpr std::uint8_t kLevel = 2;  ///< slice rule: horizontal moves are allowed
@@ -51,9 +59,7 @@ class PassableLattice {
   void mark(const FreeSpace& space, const mapping::VoxelBox& box);
 
   int stride_;
-  int cell_voxels_ = 1;
-  GridSpec grid_;
-  std::array<int, 3> size_{0, 0, 0};
+  LatticeFrame frame_;
   std::vector<std::uint8_t> flags_;
   std::vector<std::uint8_t> level_;  ///< by z of a voxel
   Basis basis_;

@@ -2,6 +2,7 @@
 
 #include "planning3d/cost_tables.hpp"
 #include "planning3d/grid_moves.hpp"
+#include "planning3d/shorten_path.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +12,8 @@ namespace stairwell::planning3d {
 
 namespace {
 
-constexpr double kSnap_m = 0.3;
-constexpr std::size_t kMostWritten = 20'000'000;  ///< expansions until the memory of old searches is given back
 constexpr int kPullRounds = 16;
 constexpr double kFinestStep = 0.2;  ///< of a voxel, by which corners are moved
-
-bool finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
 float distance(const VoxelIndex& a, const VoxelIndex& b) {
   const auto x = static_cast<float>(a.x - b.x);
@@ -30,10 +27,8 @@ float distance(const VoxelIndex& a, const VoxelIndex& b) {
 struct ThetaPlanner::Search {
   const FreeSpace& space;
   const PlanRequest& request;
-  SegmentCheck check;
-  VoxelIndex start;
-  VoxelIndex goal;
-  Eigen::Vector3d end_m;
+  const SegmentCheck& check;
+  const PlanEnds& ends;
   bool slice;
   const std::vector<std::uint8_t>& level;
   HeightRange heights;
@@ -42,10 +37,7 @@ struct ThetaPlanner::Search {
   std::size_t expansions = 0;
 
   /// By the motion rule alone.
-  bool allowed(const VoxelIndex& a, const VoxelIndex& b) const {
-    if (!slice || (a.x == b.x && a.y == b.y)) return true;
-    return a.z == b.z && level[static_cast<std::size_t>(a.z)] != 0;
-  }
+  bool allowed(const VoxelIndex& a, const VoxelIndex& b) const { return !slice || stays_in_slice(level, a, b); }
   float near(const VoxelIndex& v, const std::vector<float>& nearness) const {
     return nearness[space.blocked_distance().squared_cells(v)];
   }
@@ -62,42 +54,24 @@ struct ThetaPlanner::Search {
 };
 
 void ThetaPlanner::prepare(const FreeSpace& space, const PlanRequest& request) {
-  const bool crowded = written_ > kMostWritten;
-  if (!(grid_ == space.grid()) || nodes_.empty() || crowded || stamp_ == std::numeric_limits<std::uint32_t>::max()) {
-    grid_ = space.grid();
-    nodes_ = {};  // first, so that there are never two
-    nodes_ = LazyArray<Node>(grid_.voxel_count());
-    stamp_ = 0;
-    written_ = 0;
-  }
-  ++stamp_;
-  open_.clear();
+  nodes_.renew(space.grid());
   nearness_ = nearness_table(space, request.clearance_weight, config_.comfort_m);
-  level_ = level_table(grid_, request.rule);
+  level_ = level_table(space.grid(), request.rule);
 }
 
 float ThetaPlanner::extra_along(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const {
   if (!search.costs_nearness) return 0.0F;
-  const auto& field = search.space.blocked_distance();
-  const double length = (b_m - a_m).norm() / grid_.resolution_m();
-  const int pieces = std::max(1, static_cast<int>(std::ceil(length)));
-  double near = 0.0;
-  for (int k = 0; k < pieces; ++k) {
-    const Eigen::Vector3d at_m = a_m + (k + 0.5) / pieces * (b_m - a_m);
-    near += static_cast<double>(nearness_[field.squared_cells(grid_.index_of(at_m))]);
-  }
-  return static_cast<float>(length * near / pieces);
+  const double length = (b_m - a_m).norm() / search.space.grid().resolution_m();
+  return static_cast<float>(length * mean_nearness(search.space, nearness_, a_m, b_m));
 }
 
 double ThetaPlanner::cost(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const {
-  return (b_m - a_m).norm() / grid_.resolution_m() + static_cast<double>(extra_along(search, a_m, b_m));
+  return (b_m - a_m).norm() / nodes_.grid().resolution_m() + static_cast<double>(extra_along(search, a_m, b_m));
 }
 
 void ThetaPlanner::push(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
   const float g = nodes_[cell].g;
-  open_.push_back({g + search.weight * distance(v, search.goal), g, cell});
-  std::push_heap(open_.begin(), open_.end(),
-                 [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); });
+  nodes_.push({g + search.weight * distance(v, search.ends.goal), g, cell});
 }
 
 /// SetVertex of the paper: the parent if it is in sight, else (or if that is cheaper) the best closed neighbour.
@@ -107,12 +81,12 @@ bool ThetaPlanner::check_parent(const Search& search, std::uint32_t cell, const 
   if (node.checked) return true;
   node.checked = true;
   const float before = node.g;
-  const Eigen::Vector3d here_m = grid_.center_of(v);
-  const Eigen::Vector3d parent_m = grid_.center_of(grid_.voxel(node.parent));
+  const Eigen::Vector3d here_m = nodes_.grid().center_of(v);
+  const Eigen::Vector3d parent_m = nodes_.grid().center_of(nodes_.grid().voxel(node.parent));
   Node straight = node;
   straight.near = extra_along(search, parent_m, here_m);
-  straight.g =
-      nodes_[node.parent].g + static_cast<float>((here_m - parent_m).norm() / grid_.resolution_m()) + straight.near;
+  straight.g = nodes_[node.parent].g + static_cast<float>((here_m - parent_m).norm() / nodes_.grid().resolution_m()) +
+               straight.near;
   if (!search.costs_nearness) {  // no way through a neighbour is shorter than the straight line
     if (!search.sight(parent_m, here_m)) step_from_neighbour(search, cell, v);
   } else {
@@ -128,10 +102,10 @@ void ThetaPlanner::step_from_neighbour(const Search& search, std::uint32_t cell,
   node.g = std::numeric_limits<float>::infinity();
   for (const GridMove& move : kGridMoves) {
     const VoxelIndex other{v.x + move.x, v.y + move.y, v.z + move.z};
-    if (!grid_.contains(other)) continue;
-    const auto place = static_cast<std::uint32_t>(grid_.linear(other));
+    if (!nodes_.grid().contains(other)) continue;
+    const auto place = static_cast<std::uint32_t>(nodes_.grid().linear(other));
     const Node& there = nodes_[place];
-    if (there.stamp != stamp_ || !there.closed) continue;
+    if (!nodes_.seen(there) || !there.closed) continue;
     const float near = 0.5F * move.length * (search.near(v, nearness_) + search.near(other, nearness_));
     if (there.g + move.length + near >= node.g || !search.step_free(v, move)) continue;
     node.g = there.g + move.length + near;
@@ -142,37 +116,34 @@ void ThetaPlanner::step_from_neighbour(const Search& search, std::uint32_t cell,
 
 void ThetaPlanner::expand(const Search& search, std::uint32_t cell, const VoxelIndex& v) {
   const Node node = nodes_[cell];
-  const VoxelIndex parent = grid_.voxel(node.parent);
+  const VoxelIndex parent = nodes_.grid().voxel(node.parent);
   const float parent_g = nodes_[node.parent].g;
   const float near = search.near(v, nearness_);
   for (const GridMove& move : kGridMoves) {
     const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
-    if (!grid_.contains(to)) continue;
-    const auto next = static_cast<std::uint32_t>(grid_.linear(to));
+    if (!nodes_.grid().contains(to)) continue;
+    const auto next = static_cast<std::uint32_t>(nodes_.grid().linear(to));
     Node& there = nodes_[next];
-    if (there.stamp == stamp_ && there.closed) continue;
+    if (nodes_.seen(there) && there.closed) continue;
     const float step_near = 0.5F * move.length * (near + search.near(to, nearness_));
     const bool straight = search.allowed(parent, to);
     const float extra = straight ? node.near + step_near : step_near;
     const float g = straight ? parent_g + distance(parent, to) + extra : node.g + move.length + extra;
-    if ((there.stamp == stamp_ && g >= there.g) || !search.step_free(v, move)) continue;
-    there = {g, extra, stamp_, straight ? node.parent : cell, !straight, false};
+    if ((nodes_.seen(there) && g >= there.g) || !search.step_free(v, move)) continue;
+    there = {g, extra, nodes_.stamp(), straight ? node.parent : cell, !straight, false};
     push(search, next, to);
   }
 }
 
 PlanStatus ThetaPlanner::search(Search& search) {
-  const auto worse = [](const Open& a, const Open& b) { return a.f > b.f || (a.f == b.f && a.g < b.g); };
-  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
-  const auto last = static_cast<std::uint32_t>(grid_.linear(search.goal));
-  nodes_[first] = {0.0F, 0.0F, stamp_, first, true, false};
-  push(search, first, search.start);
-  while (!open_.empty()) {
-    const Open best = open_.front();
-    std::pop_heap(open_.begin(), open_.end(), worse);
-    open_.pop_back();
+  const auto first = static_cast<std::uint32_t>(nodes_.grid().linear(search.ends.start));
+  const auto last = static_cast<std::uint32_t>(nodes_.grid().linear(search.ends.goal));
+  nodes_[first] = {0.0F, 0.0F, nodes_.stamp(), first, true, false};
+  push(search, first, search.ends.start);
+  while (!nodes_.nothing_open()) {
+    const OpenVoxel best = nodes_.pop_best();
     if (nodes_[best.cell].closed || best.g != nodes_[best.cell].g) continue;
-    const VoxelIndex v = grid_.voxel(best.cell);
+    const VoxelIndex v = nodes_.grid().voxel(best.cell);
     if (!check_parent(search, best.cell, v)) {
       push(search, best.cell, v);
       continue;
@@ -186,14 +157,14 @@ PlanStatus ThetaPlanner::search(Search& search) {
 }
 
 std::vector<Eigen::Vector3d> ThetaPlanner::trace(const Search& search) const {
-  const auto first = static_cast<std::uint32_t>(grid_.linear(search.start));
+  const auto first = static_cast<std::uint32_t>(nodes_.grid().linear(search.ends.start));
   std::vector<Eigen::Vector3d> path_m;
   const auto add = [&path_m](const Eigen::Vector3d& at_m) {
     if (path_m.empty() || (path_m.back() - at_m).norm() > 1e-9) path_m.push_back(at_m);
   };
-  add(search.end_m);
-  for (auto cell = static_cast<std::uint32_t>(grid_.linear(search.goal));; cell = nodes_[cell].parent) {
-    add(grid_.center_of(grid_.voxel(cell)));
+  add(search.ends.goal_m);
+  for (auto cell = static_cast<std::uint32_t>(nodes_.grid().linear(search.ends.goal));; cell = nodes_[cell].parent) {
+    add(nodes_.grid().center_of(nodes_.grid().voxel(cell)));
     if (cell == first) break;
   }
   add(search.request.start_m);
@@ -227,7 +198,7 @@ bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d
   for (const GridMove& move : kGridMoves) {
     if (search.slice && move.z != 0) continue;
     const Eigen::Vector3d at_m = here_m + step_m * Eigen::Vector3d(move.x, move.y, move.z);
-    if (!search.space.flight_box().contains(at_m) || !search.check.voxel_free(grid_.index_of(at_m))) continue;
+    if (!search.space.flight_box().contains(at_m) || !search.check.voxel_free(nodes_.grid().index_of(at_m))) continue;
     const double total = cost(search, before_m, at_m) + cost(search, at_m, after_m);
     if (total >= best || !search.sight(before_m, at_m) || !search.sight(at_m, after_m)) continue;
     best = total;
@@ -239,7 +210,7 @@ bool ThetaPlanner::move_corner(const Search& search, std::vector<Eigen::Vector3d
 
 void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path_m) const {
   if (!config_.pull_string) return;
-  double step_m = grid_.resolution_m();
+  double step_m = nodes_.grid().resolution_m();
   for (int round = 0; round < kPullRounds; ++round) {
     bool changed = drop_corners(search, path_m);
     for (std::size_t corner = 1; corner + 1 < path_m.size(); ++corner) {
@@ -247,53 +218,35 @@ void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path
     }
     if (changed) continue;
     step_m *= 0.5;
-    if (step_m < kFinestStep * grid_.resolution_m()) break;
+    if (step_m < kFinestStep * nodes_.grid().resolution_m()) break;
   }
   drop_corners(search, path_m);
 }
 
 PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
-  VoxelIndex start;
-  VoxelIndex goal;
-  if (!finite(request.start_m) || !space.nearest_traversable(request.start_m, kSnap_m, start)) {
-    result.status = PlanStatus::kStartBlocked;
-    return result;
-  }
-  if (!finite(request.goal_m) || !space.nearest_traversable(request.goal_m, kSnap_m, goal)) {
-    result.status = PlanStatus::kGoalBlocked;
-    return result;
-  }
+  const SegmentCheck check(space, request.keep_out, request.start_m);
+  PlanEnds ends;
+  result.status = find_ends(space, request, check, ends);
+  if (result.status != PlanStatus::kReached) return result;
+  prepare(space, request);
   Search search{space,
                 request,
-                SegmentCheck(space, request.keep_out, request.start_m),
-                start,
-                goal,
-                request.goal_m,
+                check,
+                ends,
                 request.rule.kind == MotionRule::Kind::kSlice,
                 level_,
-                {},
+                useful_heights(level_, ends.start.z, ends.goal.z),
                 static_cast<float>(std::max(1.0, config_.heuristic_weight)),
                 request.clearance_weight > 0.0};
-  const bool goal_fits = space.grid().index_of(request.goal_m) == goal && search.check.fits(request.goal_m);
-  if (!goal_fits) search.end_m = space.grid().center_of(goal);
-  if (!search.check.voxel_free(goal) || !search.check.outside_keep_out(search.end_m)) {
-    result.status = PlanStatus::kGoalBlocked;
-    return result;
-  }
-  prepare(space, request);
-  search.heights = useful_heights(level_, start.z, goal.z);
   result.status = this->search(search);
   result.expansions = search.expansions;
-  written_ += search.expansions;
+  nodes_.count(search.expansions);
   if (result.status != PlanStatus::kReached) return result;
   result.path_m = trace(search);
   if (result.path_m.size() == 1) result.path_m.push_back(result.path_m.front());
   pull(search, result.path_m);
-  result.length_m = 0.0;
-  for (std::size_t i = 0; i + 1 < result.path_m.size(); ++i) {
-    result.length_m += (result.path_m[i + 1] - result.path_m[i]).norm();
-  }
+  result.length_m = path_length_m(result.path_m);
   return result;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "planning3d/lazy_array.hpp"
+#include "planning3d/plan_ends.hpp"
 #include "planning3d/planner.hpp"
-#include "planning3d/segment_check.hpp"
+#include "planning3d/search_memory.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -35,11 +35,6 @@ class ThetaPlanner final : public Planner {
     bool checked;  ///< the parent is in sight and g is exact
     bool closed;
   };
-  struct Open {
-    float f;
-    float g;
-    std::uint32_t cell;
-  };
   struct Search;
 
   void prepare(const FreeSpace& space, const PlanRequest& request);
@@ -56,13 +51,9 @@ class ThetaPlanner final : public Planner {
   double cost(const Search& search, const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m) const;
 
   Config config_{};
-  GridSpec grid_;
-  LazyArray<Node> nodes_;
-  std::size_t written_ = 0;  ///< expansions since nodes_ was made
-  std::vector<Open> open_;
+  SearchMemory<Node> nodes_;
   std::vector<float> nearness_;      ///< by squared distance in cells
   std::vector<std::uint8_t> level_;  ///< by z: horizontal moves allowed
-  std::uint32_t stamp_ = 0;
 };
 
 }  // namespace stairwell::planning3d

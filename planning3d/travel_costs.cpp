@@ -50,30 +50,11 @@ TravelCosts::TravelCosts(TravelCosts&&) noexcept = default;
 TravelCosts& TravelCosts::operator=(TravelCosts&&) noexcept = default;
 
 void TravelCosts::resize(const PassableLattice& lattice) {
-  if (!cost_.empty() && lattice.grid() == grid_ && lattice.size() == size_) return;
-  grid_ = lattice.grid();
-  cell_voxels_ = lattice.cell_voxels();
-  size_ = lattice.size();
-  direction_.assign(lattice.cell_count(), kSource);
-  const auto row = static_cast<std::ptrdiff_t>(size_[0]);
-  steps_ = std::make_unique<Steps>(Steps{useful_steps(row, row * size_[1])});
-}
-
-std::size_t TravelCosts::cell_of(const VoxelIndex& v) const {
-  const auto x = static_cast<std::size_t>(v.x / cell_voxels_ + 1);
-  const auto y = static_cast<std::size_t>(v.y / cell_voxels_ + 1);
-  const auto z = static_cast<std::size_t>(v.z / cell_voxels_ + 1);
-  return (z * static_cast<std::size_t>(size_[1]) + y) * static_cast<std::size_t>(size_[0]) + x;
-}
-
-Eigen::Vector3d TravelCosts::center_of_cell(std::size_t cell) const {
-  const auto nx = static_cast<std::size_t>(size_[0]);
-  const auto ny = static_cast<std::size_t>(size_[1]);
-  const std::size_t row = cell / nx;
-  const std::size_t layer = row / ny;
-  const Eigen::Vector3d at(static_cast<double>(cell % nx), static_cast<double>(row % ny), static_cast<double>(layer));
-  const double edge_m = cell_voxels_ * grid_.resolution_m();
-  return grid_.box().min_m + (at - Eigen::Vector3d::Constant(0.5)) * edge_m;
+  if (!cost_.empty() && lattice.frame() == frame_) return;
+  frame_ = lattice.frame();
+  direction_.assign(frame_.cell_count(), kSource);
+  const auto row = static_cast<std::ptrdiff_t>(frame_.size[0]);
+  steps_ = std::make_unique<Steps>(Steps{useful_steps(row, row * frame_.size[1])});
 }
 
 void TravelCosts::lower(std::size_t cell, float cost, std::uint8_t direction) {
@@ -132,14 +113,14 @@ void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_
   PassableLattice& lattice = shared != nullptr ? *shared : own_;
   lattice.update(space, rule);
   resize(lattice);
-  cost_.resize(lattice.cell_count());
+  cost_.resize(frame_.cell_count());
   std::transform(lattice.flags().begin(), lattice.flags().end(), cost_.begin(),
                  [](std::uint8_t flags) { return flags != 0 ? kUnreachable : kImpassable; });
   source_m_ = source_m;
   VoxelIndex source;
-  if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * grid_.resolution_m()), source)) return;
-  const double limit_cells = limit_m / (cell_voxels_ * grid_.resolution_m());
-  lower(cell_of(source), 0.0F, kSource);
+  if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * frame_.grid.resolution_m()), source)) return;
+  const double limit_cells = limit_m / (frame_.cell_voxels * frame_.grid.resolution_m());
+  lower(frame_.cell_of(source), 0.0F, kSource);
   if (rule.kind == MotionRule::Kind::kSlice) {
     spread_slice(lattice, static_cast<float>(limit_cells));
   } else {
@@ -148,27 +129,27 @@ void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_
 }
 
 float TravelCosts::distance_m(const VoxelIndex& v) const {
-  if (cost_.empty() || !grid_.contains(v)) return kUnreachable;
-  const float cost = cost_[cell_of(v)];
+  if (cost_.empty() || !frame_.grid.contains(v)) return kUnreachable;
+  const float cost = cost_[frame_.cell_of(v)];
   if (cost < 0.0F || cost == kUnreachable) return kUnreachable;
-  return cost * static_cast<float>(cell_voxels_ * grid_.resolution_m());
+  return cost * static_cast<float>(frame_.cell_voxels * frame_.grid.resolution_m());
 }
 
 float TravelCosts::distance_m(const Eigen::Vector3d& point_m) const {
-  if (cost_.empty() || !grid_.box().contains(point_m)) return kUnreachable;
-  return distance_m(grid_.index_of(point_m));
+  if (cost_.empty() || !frame_.grid.box().contains(point_m)) return kUnreachable;
+  return distance_m(frame_.grid.index_of(point_m));
 }
 
 std::vector<Eigen::Vector3d> TravelCosts::path_to(const Eigen::Vector3d& point_m) const {
   std::vector<Eigen::Vector3d> path_m;
   if (distance_m(point_m) == kUnreachable) return path_m;
   path_m.push_back(point_m);
-  std::size_t cell = cell_of(grid_.index_of(point_m));
+  std::size_t cell = frame_.cell_of(frame_.grid.index_of(point_m));
   while (direction_[cell] != kSource) {
     const GridMove& m = kGridMoves[direction_[cell]];
-    const auto row = static_cast<std::ptrdiff_t>(size_[0]);
-    cell = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) - (m.x + m.y * row + m.z * row * size_[1]));
-    if (direction_[cell] != kSource) path_m.push_back(center_of_cell(cell));
+    const auto row = static_cast<std::ptrdiff_t>(frame_.size[0]);
+    cell = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) - (m.x + m.y * row + m.z * row * frame_.size[1]));
+    if (direction_[cell] != kSource) path_m.push_back(frame_.center_of(cell));
   }
   path_m.push_back(source_m_);
   std::reverse(path_m.begin(), path_m.end());

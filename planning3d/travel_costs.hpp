@@ -44,13 +44,9 @@ class TravelCosts {
   void spread_volume(float limit_cells);
   void spread_slice(const PassableLattice& lattice, float limit_cells);
   void lower(std::size_t cell, float cost, std::uint8_t direction);
-  std::size_t cell_of(const VoxelIndex& v) const;
-  Eigen::Vector3d center_of_cell(std::size_t cell) const;
 
   PassableLattice own_;
-  GridSpec grid_;
-  int cell_voxels_ = 1;
-  std::array<int, 3> size_{0, 0, 0};
+  LatticeFrame frame_;
   Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
   std::vector<float> cost_;              ///< in cell edges; negative = impassable
   std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
