@@ -45,27 +45,29 @@ bool near_ground(const std::string_view phase) {
   return phase == "grounded" || phase == "takeoff" || phase == "land" || phase == "done";
 }
 
-std::vector<std::uint8_t> explorable_voxels(const Simulation& simulation) {
+/// Of what the fleet can see from where it can get to. @throws InputError when that is nothing
+CoverageMeter coverage_meter(const Simulation& simulation) {
   const explore::FleetConfig& fleet = simulation.config().fleet;
   const sim3d::GroundTruth& truth = simulation.truth();
   const auto reachable = truth.reachable(simulation.airborne_starts_m(), fleet.robot, fleet.task_box);
-  auto explorable = truth.explorable(reachable, simulation.caster(), fleet.sensor, fleet.task_box);
-  if (std::ranges::none_of(explorable, [](std::uint8_t v) { return v != 0; })) {
+  const auto explorable = truth.explorable(reachable, simulation.caster(), fleet.sensor, fleet.task_box);
+  CoverageMeter meter(truth.grid(), explorable);
+  if (meter.explorable_count() == 0) {
     throw InputError("--box holds no free space that the robot can reach from its starts: move or enlarge it");
   }
-  return explorable;
+  return meter;
 }
 
 /// One run from its first (or resumed) tick to its finished folder.
 class ExploreRun {
  public:
-  ExploreRun(const Simulation& simulation, std::vector<std::uint8_t> explorable, fs::path folder, Progress& progress)
+  ExploreRun(const Simulation& simulation, CoverageMeter coverage, fs::path folder, Progress& progress)
       : simulation_(simulation),
         config_(simulation.config()),
         folder_(std::move(folder)),
         progress_(progress),
         checkpoints_(folder_),
-        coverage_(simulation.truth().grid(), std::move(explorable)),
+        coverage_(std::move(coverage)),
         flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs) {}
 
   void begin() {
@@ -189,9 +191,9 @@ class ExploreRun {
   double total_wall_s_ = 0.0;
 };
 
-ExploreResult run_in(Simulation& simulation, std::vector<std::uint8_t> explorable, const fs::path& folder,
-                     Progress& progress, const volatile std::sig_atomic_t& interrupted) {
-  ExploreRun run(simulation, std::move(explorable), folder, progress);
+ExploreResult run_in(Simulation& simulation, CoverageMeter coverage, const fs::path& folder, Progress& progress,
+                     const volatile std::sig_atomic_t& interrupted) {
+  ExploreRun run(simulation, std::move(coverage), folder, progress);
   if (CheckpointFolder(folder).exists()) {
     run.resume(simulation);
   } else {
@@ -213,12 +215,12 @@ ExploreResult run_new(Settings settings, Progress& progress, const volatile std:
   const fs::path folder = choose_run_folder(config);
   Simulation simulation(config);
   record_resolved(simulation.config(), settings);
-  std::vector<std::uint8_t> explorable = explorable_voxels(simulation);  // the last of the input's checks
+  CoverageMeter coverage = coverage_meter(simulation);  // the last of the input's checks
   make_run_folder(folder);
   const std::string heading = std::string("Stairwell ") + kVersion + ": resolved configuration of this run";
   write_file_atomically(folder / "config.yaml", to_yaml(settings, heading));
   progress.note("exploring " + simulation.config().world.string() + " into " + folder.string());
-  return run_in(simulation, std::move(explorable), folder, progress, interrupted);
+  return run_in(simulation, std::move(coverage), folder, progress, interrupted);
 }
 
 ExploreResult run_resumed(const fs::path& folder, Progress& progress, const volatile std::sig_atomic_t& interrupted) {
@@ -236,7 +238,7 @@ ExploreResult run_resumed(const fs::path& folder, Progress& progress, const vola
   require_usable(config);
   Simulation simulation(config);
   progress.note("resuming " + folder.string());
-  return run_in(simulation, explorable_voxels(simulation), folder, progress, interrupted);
+  return run_in(simulation, coverage_meter(simulation), folder, progress, interrupted);
 }
 
 }  // namespace

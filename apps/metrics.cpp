@@ -47,9 +47,9 @@ MotionState state_from(const json& j) {
 
 }  // namespace
 
-CoverageMeter::CoverageMeter(const GridSpec& grid, std::vector<std::uint8_t> explorable)
-    : grid_(grid), pending_(std::move(explorable)) {
-  explorable_count_ = static_cast<std::size_t>(std::ranges::count_if(pending_, [](auto v) { return v != 0; }));
+CoverageMeter::CoverageMeter(const GridSpec& grid, const std::vector<std::uint8_t>& explorable)
+    : grid_(grid), pending_(explorable.begin(), explorable.end()) {
+  explorable_count_ = static_cast<std::size_t>(std::ranges::count(pending_, true));
 }
 
 void CoverageMeter::update(const mapping::OccupancyMap& map) {
@@ -59,9 +59,9 @@ void CoverageMeter::update(const mapping::OccupancyMap& map) {
       for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
         for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
           if (!grid_.contains(v)) continue;
-          std::uint8_t& pending = pending_[grid_.linear(v)];
-          if (pending == 0 || map.at(v) == Occupancy::kUnknown) continue;
-          pending = 0;
+          const std::size_t i = grid_.linear(v);
+          if (!pending_[i] || map.at(v) == Occupancy::kUnknown) continue;
+          pending_[i] = false;
           ++known_count_;
         }
       }

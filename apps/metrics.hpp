@@ -22,7 +22,7 @@ namespace stairwell::apps {
 class CoverageMeter {
  public:
   /// @param explorable one byte per voxel of `grid` @pre grid is the map's
-  CoverageMeter(const GridSpec& grid, std::vector<std::uint8_t> explorable);
+  CoverageMeter(const GridSpec& grid, const std::vector<std::uint8_t>& explorable);
 
   void update(const mapping::OccupancyMap& map);
   double coverage() const;
@@ -31,7 +31,7 @@ class CoverageMeter {
 
  private:
   GridSpec grid_;
-  std::vector<std::uint8_t> pending_;  ///< explorable and not yet known
+  std::vector<bool> pending_;  ///< explorable and not yet known
   std::size_t explorable_count_ = 0;
   std::size_t known_count_ = 0;
   std::uint64_t revision_ = 0;

@@ -22,9 +22,9 @@ constexpr double kLift_m = 0.01;
 /// larger values say only "further than reach".
 class NearField {
  public:
-  NearField(const std::vector<TruthClass>& classes, const GridSpec& grid, int reach) : reach_(reach) {
-    squares_.resize(classes.size());
-    for (std::size_t i = 0; i < classes.size(); ++i) squares_[i] = classes[i] == TruthClass::kFree ? kFar : 0;
+  NearField(const std::vector<bool>& near_surface, const GridSpec& grid, int reach) : reach_(reach) {
+    squares_.resize(near_surface.size());
+    for (std::size_t i = 0; i < near_surface.size(); ++i) squares_[i] = near_surface[i] ? 0 : kFar;
     const auto nx = static_cast<std::size_t>(grid.size()[0]);
     const auto ny = static_cast<std::size_t>(grid.size()[1]);
     const auto nz = static_cast<std::size_t>(grid.size()[2]);
@@ -85,14 +85,15 @@ GroundTruth::GroundTruth(const World& world, const GridSpec& grid) : grid_(grid)
 }
 
 void GroundTruth::classify() {
-  classes_.assign(grid_.voxel_count(), TruthClass::kFree);
+  near_surface_.assign(grid_.voxel_count(), false);
+  surface_.assign(grid_.voxel_count(), false);
   const double half_m = 0.5 * grid_.resolution_m();
   const double tolerance_m = face_tolerance_m();
   for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
     for_each_voxel_near(triangle_of(mesh_, i), grid_, tolerance_m, [&](const VoxelIndex& v, double half_extent_m) {
-      const auto found = half_extent_m < half_m - tolerance_m ? TruthClass::kSurface : TruthClass::kBoundary;
-      TruthClass& stored = classes_[grid_.linear(v)];
-      stored = std::max(stored, found);
+      const std::size_t index = grid_.linear(v);
+      near_surface_[index] = true;
+      if (half_extent_m < half_m - tolerance_m) surface_[index] = true;
     });
   }
 }
@@ -208,7 +209,7 @@ std::vector<std::uint8_t> GroundTruth::reachable(const std::vector<Eigen::Vector
   const double radius = robot.radius_m / resolution_m;
   const double half_diagonal = 0.5 * std::sqrt(3.0);
   const double grown_half_diagonal = (0.5 + face_tolerance_m() / resolution_m) * std::sqrt(3.0);
-  const NearField near(classes_, grid_,
+  const NearField near(near_surface_, grid_,
                        std::min(kMaxReach, static_cast<int>(std::ceil(radius + grown_half_diagonal)) + 1));
   const auto inside_by = [&](int i, std::size_t axis) { return std::min(i, grid_.size()[axis] - 1 - i); };
   const auto free = [&](const VoxelIndex& v, std::size_t index) {

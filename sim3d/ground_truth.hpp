@@ -27,8 +27,11 @@ class GroundTruth {
 
   const GridSpec& grid() const { return grid_; }
   const TriangleMesh& mesh() const { return mesh_; }
-  TruthClass at(const VoxelIndex& v) const { return classes_[grid_.linear(v)]; }
-  TruthClass at(std::size_t linear_index) const { return classes_[linear_index]; }
+  TruthClass at(const VoxelIndex& v) const { return at(grid_.linear(v)); }
+  TruthClass at(std::size_t linear_index) const {
+    if (!near_surface_[linear_index]) return TruthClass::kFree;
+    return surface_[linear_index] ? TruthClass::kSurface : TruthClass::kBoundary;
+  }
   /// A surface this near to a voxel's face, on either side, makes the voxel kBoundary.
   double face_tolerance_m() const { return std::min(0.002, 0.1 * grid_.resolution_m()); }
   /// A sphere of `radius_m` centred at the point touches no surface (exact triangle distance).
@@ -61,7 +64,9 @@ class GroundTruth {
   GridSpec grid_;
   TriangleMesh mesh_;
   Aabb mesh_bounds_;
-  std::vector<TruthClass> classes_;
+  // Bits: large worlds have hundreds of millions of voxels.
+  std::vector<bool> near_surface_;  ///< kBoundary or kSurface
+  std::vector<bool> surface_;
   // Triangles per coarse cell, for exact distances.
   GridSpec bins_;
   std::vector<std::uint32_t> bin_begin_;
