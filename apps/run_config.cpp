@@ -133,6 +133,13 @@ const std::vector<Entry>& task_entries() {
          names.insert(names.begin(), {"auto", "none"});
          c.fleet.fallback = known_name(t, names);
        }},
+      {{"avoidance", "--avoidance", "priority|orca",
+        "plans keep away from fellows, or UAVs that come near avoid each other"},
+       "priority",
+       [](RunConfig& c, const std::string& t) {
+         using explore::Avoidance;
+         c.fleet.avoidance = choice<Avoidance>(t, {{"priority", Avoidance::kPriority}, {"orca", Avoidance::kOrca}});
+       }},
       {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},

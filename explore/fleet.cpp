@@ -93,6 +93,7 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
       pipeline(fleet_config.cloud),
       strategy(coverage3d::make_strategy(fleet_config.coverage, coverage_config(fleet_config))),
       pilot(fleet_config),
+      avoider(fleet_config, 1.0 / fleet_config.sensor.rate_hz),
       tick_s(1.0 / fleet_config.sensor.rate_hz) {
   if (doors.empty()) throw InputError("a fleet needs at least one UAV");
   for (std::size_t i = 0; i < doors.size(); ++i) {

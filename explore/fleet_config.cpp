@@ -40,6 +40,9 @@ std::vector<std::string> FleetConfig::problems() const {
   if (!(fellow_clearance_m >= 2.0 * robot.radius_m)) {
     found.emplace_back("fellow clearance must be at least two robot radii");
   }
+  if (avoidance == Avoidance::kOrca && motion == MotionModel::kStep) {
+    found.emplace_back("avoidance orca needs motion limited, not step");
+  }
   for (const double layer_m : layers_m) {
     if (!std::isfinite(layer_m) || layer_m < task_box.min_m.z() || layer_m > task_box.max_m.z()) {
       found.push_back("layer " + std::to_string(layer_m) + " m lies outside the box");

@@ -15,6 +15,9 @@ namespace stairwell::explore {
 
 enum class Mode { kSlice, kVolume };
 enum class MotionModel { kLimited, kStep };
+/// kPriority: plans keep away from the fellows' commanded motions, first come, first served. kOrca: plans leave fellows
+/// out; UAVs that come near avoid each other reciprocally, by positions and velocities alone.
+enum class Avoidance { kPriority, kOrca };
 
 /// Everything a fleet needs to know to explore; nothing about the world itself.
 struct FleetConfig {
@@ -32,6 +35,7 @@ struct FleetConfig {
   Mode mode = Mode::kVolume;
   std::string planner = "astar";
   std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
+  Avoidance avoidance = Avoidance::kPriority;
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;

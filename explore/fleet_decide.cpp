@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace stairwell::explore {
 
@@ -62,6 +63,7 @@ std::optional<Eigen::Vector3d> nearest_refuge(const planning3d::FreeSpace& space
 
 void Fleet::Impl::decide() {
   for (Uav& uav : uavs) guard(uav);
+  if (config.avoidance == Avoidance::kOrca) avoid();
   for (Uav& uav : uavs) advance_phase(uav);
   winding_down = winding_down || !worth_going_on();
   std::vector<std::size_t> wanting;
@@ -95,7 +97,7 @@ void Fleet::Impl::advance_phase(Uav& uav) {
       if (uav.at_rest(now_s())) scan_around_or_find_goal(uav);
       break;
     case Phase::kTravel:
-      if (uav.at_rest(now_s())) arrive(uav);
+      if (uav.at_rest(now_s()) && !uav.avoiding) arrive(uav);
       break;
     case Phase::kLand:
       if (uav.at_rest(now_s())) enter(uav, Phase::kDone);
@@ -227,6 +229,8 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
     }
     uav.goal = goal;
     uav.waits = 0;
+    uav.avoiding = false;
+    avoider.remember_path(uav, std::move(flight.path_m));
     log.on_goal(now_s(), uav.id, goal.position_m, goal.gain_m3, flight.planner);
     enter(uav, Phase::kTravel);
     return;
@@ -261,6 +265,8 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
     if (flight.outcome == FlightOutcome::kFlying && command(fellow, *flight.trajectory)) {
       log.on_event(now_s(), fellow.id, "makes_way", "idle");
       fellow.goal.reset();
+      fellow.avoiding = false;
+      avoider.remember_path(fellow, std::move(flight.path_m));
       enter(fellow, Phase::kTravel);
     }
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "coverage3d/strategy.hpp"
+#include "explore/avoider.hpp"
 #include "explore/fleet.hpp"
 #include "explore/pilot.hpp"
 #include "explore/uav.hpp"
@@ -56,6 +57,12 @@ struct Fleet::Impl {
   void finish_if_nothing_left();
   void land_all();
 
+  // fleet_avoid.cpp: local avoidance
+  void avoid();
+  void begin_avoiding(Uav& uav);
+  void avoid_fellows(Uav& uav, const std::vector<planning3d::SeenUav>& fellows);
+  void stop_avoiding(Uav& uav);
+
   FleetConfig config;
   ExplorationLog& log;
   std::function<double()> clock_s;
@@ -67,6 +74,7 @@ struct Fleet::Impl {
   perception::CloudPipeline pipeline;
   std::unique_ptr<coverage3d::CoverageStrategy> strategy;
   Pilot pilot;
+  Avoider avoider;
   FleetStats stats;
   std::vector<AssumedFree> assumed;
   std::size_t ticks = 0;

@@ -73,7 +73,7 @@ Goal goal_from(const json& j) {
 }
 
 json to_json(const Uav& uav) {
-  json j = {{"phase", static_cast<int>(uav.phase)},
+  json j = {{"phase", static_cast<int>(uav.avoiding ? Phase::kFindGoal : uav.phase)},
             {"took_off", uav.took_off},
             {"goal_given_s", uav.goal_given_s},
             {"next_decision_s", uav.next_decision_s},

@@ -135,7 +135,9 @@ FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::
   request.goal_m = position_m;
   request.rule = rule;
   request.seed = plan_seed(config_, depart_s);
-  const auto motions = motions_of(fellows);
+  // Reciprocal avoidance meets fellows when they are near, not in plans.
+  const bool plans_meet = config_.avoidance == Avoidance::kPriority;
+  const auto motions = plans_meet ? motions_of(fellows) : std::vector<const Trajectory*>{};
   FlightResult result;
   // First as if fellows' way points did not matter; then round where they are and will be.
   for (const bool around_fellows : {false, true}) {
@@ -143,6 +145,7 @@ FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::
     std::optional<Trajectory> motion;
     const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
       motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
+      result.path_m = plan.path_m;
       if (!motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
       if (check_.check_fellows(*motion, motions, depart_s).safe()) return {};
       result.outcome = FlightOutcome::kFellowInTheWay;
@@ -152,7 +155,13 @@ FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::
     const planning3d::FallbackResult found = planner_.decide(space, request, judge);
     result.not_used = found.reason();
     if (!found.hover()) {
-      return {FlightOutcome::kFlying, std::move(motion), found.planner(), found.fell_back(), result.not_used, {}};
+      return {FlightOutcome::kFlying,
+              std::move(motion),
+              std::move(result.path_m),
+              found.planner(),
+              found.fell_back(),
+              result.not_used,
+              {}};
     }
     if (result.outcome == FlightOutcome::kUnreachable) break;  // fellows are not the reason
   }

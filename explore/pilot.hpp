@@ -17,6 +17,7 @@ enum class FlightOutcome { kFlying, kUnreachable, kFellowInTheWay };
 struct FlightResult {
   FlightOutcome outcome = FlightOutcome::kUnreachable;
   std::optional<Trajectory> trajectory;        ///< set when kFlying; not yet commanded
+  std::vector<Eigen::Vector3d> path_m;         ///< that the trajectory smooths
   std::string_view planner;                    ///< which planner found the way
   bool fell_back = false;                      ///< it was not the one asked for
   std::string not_used;                        ///< why the planners before it, or all of them, found none

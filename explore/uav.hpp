@@ -2,12 +2,15 @@
 
 #include "core/doors.hpp"
 #include "coverage3d/strategy.hpp"
+#include "planning3d/path_follower.hpp"
+#include "planning3d/right_of_way.hpp"
 
 #include <Eigen/Core>
 
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <vector>
 
 namespace stairwell::explore {
 
@@ -28,6 +31,12 @@ struct Uav {
   double latency_s = 0.0;        ///< how far ahead of now its plans depart
   int waits = 0;                 ///< plans in a row that a fellow UAV was in the way of
   bool idle = false;             ///< the strategy had nothing for it when last asked
+  // With reciprocal avoidance (fleet_avoid.cpp):
+  bool avoiding = false;  ///< left its planned motion for the sake of a fellow
+  double avoiding_since_s = 0.0;
+  std::vector<Eigen::Vector3d> path_m;  ///< of the last plan
+  std::optional<planning3d::PathFollower> follower;
+  std::optional<planning3d::RightOfWay> way;
   Eigen::Vector3d scanned_at_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 
   const Trajectory& commanded() const { return vehicle->commanded(); }

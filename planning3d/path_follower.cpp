@@ -40,19 +40,22 @@ Eigen::Vector3d PathFollower::point_at(double arc_m) const {
   return path_m_[i - 1] + u * (path_m_[i] - path_m_[i - 1]);
 }
 
+void PathFollower::seek(const Eigen::Vector3d& position_m) { update_between(position_m, 0.0, length_m()); }
+
 void PathFollower::update(const Eigen::Vector3d& position_m) {
+  update_between(position_m, std::max(0.0, progress_m_ - kWindow_m), std::min(length_m(), progress_m_ + kWindow_m));
+}
+
+void PathFollower::update_between(const Eigen::Vector3d& position_m, double from_m, double to_m) {
   double best_m = std::numeric_limits<double>::infinity();
-  double best_arc_m = progress_m_;
-  const double end_m = std::min(length_m(), progress_m_ + kWindow_m);
-  for (double arc_m = std::max(0.0, progress_m_ - kWindow_m);; arc_m += kStep_m) {
-    const double distance_m = (point_at(std::min(arc_m, end_m)) - position_m).norm();
+  for (double arc_m = from_m;; arc_m += kStep_m) {
+    const double distance_m = (point_at(std::min(arc_m, to_m)) - position_m).norm();
     if (distance_m < best_m) {
       best_m = distance_m;
-      best_arc_m = std::min(arc_m, end_m);
+      progress_m_ = std::min(arc_m, to_m);
     }
-    if (arc_m >= end_m) break;
+    if (arc_m >= to_m) break;
   }
-  progress_m_ = best_arc_m;
 }
 
 std::optional<Eigen::Vector3d> PathFollower::wish_mps(const FreeSpace& space, const Eigen::Vector3d& position_m,

@@ -22,6 +22,8 @@ class PathFollower {
   double progress_m() const { return progress_m_; }  ///< along the path; falls when pushed back
   const Eigen::Vector3d& goal_m() const { return path_m_.back(); }
   Eigen::Vector3d point_at(double arc_m) const;
+  /// Progress to the nearest point of the whole path.
+  void seek(const Eigen::Vector3d& position_m);
   /// Nearest point of the part of the path around the progress so far. Call once per period, before the wish.
   void update(const Eigen::Vector3d& position_m);
 
@@ -31,6 +33,8 @@ class PathFollower {
                                           double stop_arc_m = std::numeric_limits<double>::infinity()) const;
 
  private:
+  void update_between(const Eigen::Vector3d& position_m, double from_m, double to_m);
+
   std::vector<Eigen::Vector3d> path_m_;
   std::vector<double> arc_m_;
   MotionLimits limits_;
