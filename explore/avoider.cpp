@@ -22,6 +22,7 @@ constexpr double kNear_m = 0.2;         // nearer than the clearance and this: a
 constexpr double kClear_m = 0.5;        // farther than the clearance and this: clear again
 constexpr double kReaction_s = 0.4;     // before both brake
 constexpr double kTurnAbove_mps = 0.3;  // look where it flies
+constexpr double kRounding_m = 0.02;    // two that hover side by side
 constexpr double kArrived_m = 0.3;
 constexpr double kYawShare = 0.95;  // of the limits
 
@@ -53,9 +54,10 @@ bool Avoider::must_avoid(const Uav& uav, const std::vector<SeenUav>& fellows, do
   for (const SeenUav& fellow : fellows) {
     const Eigen::Vector3d to_m = fellow.position_m - own.position_m;
     const double distance_m = to_m.norm();
-    const bool towards = own.velocity_mps.dot(to_m) > 0.0;
-    // Each has its half of the gap to stop in.
-    if (distance_m < clearance_m_ || (towards && distance_m < clearance_m_ + kNear_m + 2.0 * stop_m)) return true;
+    // Each has its half of the gap to stop in, on a straight line.
+    const double towards = own.velocity_mps.dot(to_m) / std::max(1e-9, speed_mps * distance_m);
+    const double needed_m = towards > 0.0 ? kNear_m + 2.0 * towards * stop_m : 0.0;
+    if (distance_m < clearance_m_ - kRounding_m + needed_m) return true;
     for (double t_s = kLookStep_s; t_s <= kHorizon_s; t_s += kLookStep_s) {
       const Eigen::Vector3d there_m = fellow.position_m + t_s * fellow.velocity_mps;
       const double apart_m = (uav.commanded().sample(now_s + t_s).position_m - there_m).norm();
@@ -68,9 +70,10 @@ bool Avoider::must_avoid(const Uav& uav, const std::vector<SeenUav>& fellows, do
 bool Avoider::is_clear(const Uav& uav, const Eigen::Vector3d& wish_mps, const std::vector<SeenUav>& fellows) const {
   const SeenUav own = seen(uav);
   return std::all_of(fellows.begin(), fellows.end(), [&](const SeenUav& fellow) {
-    for (double t_s = 0.0; t_s <= kHorizon_s; t_s += kLookStep_s) {
+    const double now_m = (own.position_m - fellow.position_m).norm();
+    for (double t_s = kLookStep_s; t_s <= kHorizon_s; t_s += kLookStep_s) {
       const Eigen::Vector3d apart_m = own.position_m + t_s * wish_mps - fellow.position_m - t_s * fellow.velocity_mps;
-      if (apart_m.norm() < clearance_m_ + kClear_m) return false;
+      if (apart_m.norm() < std::min(now_m, clearance_m_ + kClear_m)) return false;
     }
     return true;
   });

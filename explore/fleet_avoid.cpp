@@ -37,12 +37,16 @@ void Fleet::Impl::avoid_fellows(Uav& uav, const std::vector<SeenUav>& fellows) {
   const bool travels = uav.phase == Phase::kTravel;
   const auto wish = travels ? avoider.wish(space(), uav, fellows) : Wish{};
   const auto flown = avoider.segment(space(), uav, wish.value_or(Wish{}).velocity_mps, fellows, now_s());
-  command(uav, flown ? *flown : pilot.brake(uav, now_s()));
+  if (flown) {
+    uav.on_segment = command(uav, *flown);
+  } else if (!uav.on_segment) {
+    command(uav, pilot.brake(uav, now_s()));
+  }
   const double avoided_s = now_s() - uav.avoiding_since_s;
   const bool clear =
       avoided_s >= kAtLeast_s && wish && !wish->held && avoider.is_clear(uav, wish->velocity_mps, fellows);
   if (!travels) {
-    uav.avoiding = !clear;
+    uav.avoiding = false;  // looks again on the next tick
   } else if (avoided_s > kGiveUp_s) {
     if (uav.goal) strategy->report_failure(*uav.goal, now_s());
     log.on_event(now_s(), uav.id, "goal_failed", "fellows_in_the_way");

@@ -229,7 +229,7 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
     }
     uav.goal = goal;
     uav.waits = 0;
-    uav.avoiding = false;
+    uav.avoiding = uav.on_segment = false;
     avoider.remember_path(uav, std::move(flight.path_m));
     log.on_goal(now_s(), uav.id, goal.position_m, goal.gain_m3, flight.planner);
     enter(uav, Phase::kTravel);
@@ -265,7 +265,7 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
     if (flight.outcome == FlightOutcome::kFlying && command(fellow, *flight.trajectory)) {
       log.on_event(now_s(), fellow.id, "makes_way", "idle");
       fellow.goal.reset();
-      fellow.avoiding = false;
+      fellow.avoiding = fellow.on_segment = false;
       avoider.remember_path(fellow, std::move(flight.path_m));
       enter(fellow, Phase::kTravel);
     }

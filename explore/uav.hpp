@@ -32,7 +32,8 @@ struct Uav {
   int waits = 0;                 ///< plans in a row that a fellow UAV was in the way of
   bool idle = false;             ///< the strategy had nothing for it when last asked
   // With reciprocal avoidance (fleet_avoid.cpp):
-  bool avoiding = false;  ///< left its planned motion for the sake of a fellow
+  bool avoiding = false;    ///< left its planned motion for the sake of a fellow
+  bool on_segment = false;  ///< its motion is one of avoidance, which brakes to rest by itself
   double avoiding_since_s = 0.0;
   std::vector<Eigen::Vector3d> path_m;  ///< of the last plan
   std::optional<planning3d::PathFollower> follower;

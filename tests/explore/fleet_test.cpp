@@ -110,6 +110,27 @@ TEST_CASE("UAVs keep their distance in a small building and share the work") {
   CHECK(static_cast<double>(fleet.stats().plan_ms.size()) <= 4.0 * fleet.time_s());
 }
 
+TEST_CASE("UAVs that avoid each other reciprocally explore a small building without touching") {
+  auto config = test::toy_config();
+  config.avoidance = explore::Avoidance::kOrca;
+  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}, {1.0, 2.0, 1.0}, {1.0, 3.0, 1.0}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  double closest_m = 1e9;
+  bool stuck_to_map = false;
+  while (fleet.step()) {
+    for (std::size_t i = 0; i < fleet.size(); ++i) {
+      stuck_to_map = stuck_to_map || fleet.map().at(fleet.uav_state(i).position_m) == Occupancy::kOccupied;
+      for (std::size_t j = i + 1; j < fleet.size(); ++j) {
+        closest_m = std::min(closest_m, (fleet.uav_state(i).position_m - fleet.uav_state(j).position_m).norm());
+      }
+    }
+  }
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(closest_m > 2.0 * config.robot.radius_m);
+  CHECK_FALSE(stuck_to_map);
+}
+
 TEST_CASE("a landed UAV takes off, explores and lands again") {
   auto config = test::toy_config();
   ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 0.0}}, true);
@@ -185,6 +206,9 @@ TEST_CASE("a fleet refuses what it cannot fly with") {
   explore::ExplorationLog log;
   auto config = test::toy_config();
   CHECK_THROWS_AS(Fleet(config, {}, log, no_clock), InputError);
+  config.avoidance = explore::Avoidance::kOrca;
+  config.motion = explore::MotionModel::kStep;
+  CHECK(config.problems().size() == 1);
   config.resolution_m = std::numeric_limits<double>::quiet_NaN();
   ToySimulation sim(test::two_rooms(), test::toy_config(), {{1.0, 1.0, 1.0}});
   CHECK_THROWS_AS(Fleet(config, sim.doors(), log, no_clock), InputError);

@@ -176,6 +176,8 @@ TEST_CASE("Degenerate input is answered by a finite velocity") {
   CHECK(choose_velocity(space, config, own, {1.0, 0.0, 0.0}, {lost})
             .velocity_mps.isApprox(choose_velocity(space, config, own, {1.0, 0.0, 0.0}, {}).velocity_mps));
   CHECK(choose_velocity(space, config, own, nan, {}).velocity_mps.x() < 0.5);
+  const SeenUav of_no_speed{{3.5, 3.0, 3.0}, nan, 3};
+  CHECK(choose_velocity(space, config, own, {1.0, 0.0, 0.0}, {of_no_speed}).velocity_mps.allFinite());
   const OrcaChoice blind = choose_velocity(space, config, {nan, Eigen::Vector3d::Zero(), 0}, {1.0, 0.0, 0.0}, {});
   CHECK(blind.braking);
   CHECK(blind.velocity_mps.norm() == 0.0);
