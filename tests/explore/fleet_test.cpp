@@ -58,6 +58,16 @@ bool searching_in_flight(const Fleet& fleet, RecordingLog& log) {
   return false;
 }
 
+/// Distance of a point in test::two_rooms() from what is solid.
+double clearance_in_two_rooms(const Eigen::Vector3d& at_m) {
+  const Aabb rooms{{0.0, 0.0, 0.0}, {6.0, 4.0, 2.4}};
+  double least_m = std::min((at_m - rooms.min_m).minCoeff(), (rooms.max_m - at_m).minCoeff());
+  for (const Aabb& wall : {Aabb{{2.95, 0.0, 0.0}, {3.05, 1.5, 2.4}}, Aabb{{2.95, 2.6, 0.0}, {3.05, 4.0, 2.4}}}) {
+    least_m = std::min(least_m, (at_m.cwiseMax(wall.min_m).cwiseMin(wall.max_m) - at_m).norm());
+  }
+  return least_m;
+}
+
 double least_distance(const Fleet& fleet) {
   double least_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < fleet.size(); ++i) {
@@ -113,22 +123,22 @@ TEST_CASE("UAVs keep their distance in a small building and share the work") {
 TEST_CASE("UAVs that avoid each other reciprocally explore a small building without touching") {
   auto config = test::toy_config();
   config.avoidance = explore::Avoidance::kOrca;
-  ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}, {1.0, 2.0, 1.0}, {1.0, 3.0, 1.0}});
-  explore::ExplorationLog log;
+  ToySimulation sim(test::two_rooms(), config, {{0.6, 0.6, 1.0}, {0.6, 2.0, 1.0}, {0.6, 3.4, 1.0}});
+  RecordingLog log;
   Fleet fleet(config, sim.doors(), log, no_clock);
-  double closest_m = 1e9;
-  bool stuck_to_map = false;
+  double least_m = least_distance(fleet);
+  double clearance_m = std::numeric_limits<double>::infinity();
   while (fleet.step()) {
+    least_m = std::min(least_m, least_distance(fleet));
     for (std::size_t i = 0; i < fleet.size(); ++i) {
-      stuck_to_map = stuck_to_map || fleet.map().at(fleet.uav_state(i).position_m) == Occupancy::kOccupied;
-      for (std::size_t j = i + 1; j < fleet.size(); ++j) {
-        closest_m = std::min(closest_m, (fleet.uav_state(i).position_m - fleet.uav_state(j).position_m).norm());
-      }
+      clearance_m = std::min(clearance_m, clearance_in_two_rooms(fleet.uav_state(i).position_m));
     }
   }
   CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
-  CHECK(closest_m > 2.0 * config.robot.radius_m);
-  CHECK_FALSE(stuck_to_map);
+  CHECK(known_share(fleet.map()) >= 0.98);
+  CHECK(least_m > 2.0 * config.robot.radius_m);
+  CHECK(clearance_m > config.robot.radius_m);
+  CHECK(log.events["avoiding"] > 0);
 }
 
 TEST_CASE("a landed UAV takes off, explores and lands again") {
