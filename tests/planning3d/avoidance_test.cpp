@@ -66,3 +66,25 @@ TEST_CASE("At a hatch the nearer UAV goes first, and nobody enters towards one i
   CHECK_FALSE(held({{6.0, 3.0, 1.6}, {1.0, 0.0, 0.0}, 1}));  // same direction
   CHECK_FALSE(held({{7.0, 3.0, 1.6}, {0.0, 0.0, 0.0}, 1}));  // hovers, wants nothing
 }
+
+TEST_CASE("Who is stopped for seconds by a fellow with a lower number goes back for a while") {
+  const AvoidanceScenario scenario = make_avoidance_scenario("head_on", 0);
+  const FreeSpace space = scenario.world->space();
+  PathFollower path({{2.0, 3.0, 3.0}, {10.0, 3.0, 3.0}}, {}, 1.0);
+  const SeenUav own{{5.0, 3.0, 3.0}, Eigen::Vector3d::Zero(), 1};
+  path.seek(own.position_m);
+  const OrcaConfig config;
+  const auto periods_going_back = [&](std::size_t number_of_fellow) {
+    RightOfWay way(narrow_sections(space, path, 0.6), 0.6);
+    const SeenUav fellow{{5.7, 3.0, 3.0}, Eigen::Vector3d::Zero(), number_of_fellow};
+    int count = 0;
+    for (int i = 0; i < 70; ++i) {
+      const bool back = way.stop_arc_m(path, own, {fellow}, config) < 2.0;
+      CHECK_FALSE((back && i < 15));
+      count += back ? 1 : 0;
+    }
+    return count;
+  };
+  CHECK(periods_going_back(0) >= 35);
+  CHECK(periods_going_back(2) == 0);
+}
