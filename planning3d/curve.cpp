@@ -62,6 +62,31 @@ void Curve::finish(const Eigen::Vector3d& at_m, const Eigen::Vector3d& unit_tang
   }
 }
 
+Curve clamped_spline(std::vector<Eigen::Vector3d> control_m) {
+  const Eigen::Vector3d from_m = control_m.front();
+  const Eigen::Vector3d to_m = control_m.back();
+  const Eigen::Vector3d first = (control_m[1] - control_m[0]).normalized();
+  const Eigen::Vector3d last = (control_m.back() - control_m[control_m.size() - 2]).normalized();
+  control_m.insert(control_m.begin(), 2, from_m);  // clamped: the curve starts and ends on the path
+  control_m.insert(control_m.end(), 2, to_m);
+  Curve curve;
+  curve.append(from_m, first);
+  for (std::size_t i = 0; i + 3 < control_m.size(); ++i) {
+    const Span span{control_m[i], control_m[i + 1], control_m[i + 2], control_m[i + 3]};
+    const double longest_m =
+        std::max({(span[1] - span[0]).norm(), (span[2] - span[1]).norm(), (span[3] - span[2]).norm()});
+    const int pieces = std::max(6, static_cast<int>(std::ceil(longest_m / kNodeSpacing_m)));
+    for (int k = 1; k <= pieces; ++k) {
+      const double u = static_cast<double>(k) / pieces;
+      const Eigen::Vector3d slope = spline_derivative(span, u);
+      const double size = slope.norm();
+      if (size > 1e-9) curve.append(spline_point(span, u), slope / size);
+    }
+  }
+  curve.finish(to_m, last);
+  return curve;
+}
+
 RoundedPath::RoundedPath(std::vector<Eigen::Vector3d> corners_m, double max_reach_m)
     : corners_m_(std::move(corners_m)), reach_m_(corners_m_.size(), 0.0) {
   for (std::size_t i = 1; i + 1 < corners_m_.size(); ++i) {
@@ -88,29 +113,7 @@ std::vector<Eigen::Vector3d> RoundedPath::control_points() const {
   return control_m;
 }
 
-Curve RoundedPath::curve() const {
-  std::vector<Eigen::Vector3d> control_m = control_points();
-  const Eigen::Vector3d first = (control_m[1] - control_m[0]).normalized();
-  const Eigen::Vector3d last = (control_m.back() - control_m[control_m.size() - 2]).normalized();
-  control_m.insert(control_m.begin(), 2, corners_m_.front());  // clamped: the curve starts and ends on the path
-  control_m.insert(control_m.end(), 2, corners_m_.back());
-  Curve curve;
-  curve.append(corners_m_.front(), first);
-  for (std::size_t i = 0; i + 3 < control_m.size(); ++i) {
-    const Span span{control_m[i], control_m[i + 1], control_m[i + 2], control_m[i + 3]};
-    const double longest_m =
-        std::max({(span[1] - span[0]).norm(), (span[2] - span[1]).norm(), (span[3] - span[2]).norm()});
-    const int pieces = std::max(6, static_cast<int>(std::ceil(longest_m / kNodeSpacing_m)));
-    for (int k = 1; k <= pieces; ++k) {
-      const double u = static_cast<double>(k) / pieces;
-      const Eigen::Vector3d slope = spline_derivative(span, u);
-      const double size = slope.norm();
-      if (size > 1e-9) curve.append(spline_point(span, u), slope / size);
-    }
-  }
-  curve.finish(corners_m_.back(), last);
-  return curve;
-}
+Curve RoundedPath::curve() const { return clamped_spline(control_points()); }
 
 bool RoundedPath::tighten_near(const Eigen::Vector3d& at_m) {
   std::size_t nearest = 0;

@@ -24,6 +24,11 @@ struct Curve {
   void finish(const Eigen::Vector3d& at_m, const Eigen::Vector3d& unit_tangent);
 };
 
+/// The clamped uniform cubic B-spline (C2) of these control points: starts at the first one towards the second, ends at
+/// the last one; the curve is straight (curvature 0) at both ends.
+/// @pre at least two points, the first two and the last two apart
+Curve clamped_spline(std::vector<Eigen::Vector3d> control_m);
+
 /// Rounds the corners of a polyline by a clamped uniform cubic B-spline (C2): control points are the corners and
 /// two points `reach` before and behind each, so that the curve leaves the polyline only there: by reach / 6 at most,
 /// and not farther than (5 reach + 1 m) / 6 from a corner.

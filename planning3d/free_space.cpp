@@ -1,5 +1,8 @@
 #include "planning3d/free_space.hpp"
 
+#include "mapping/collision.hpp"
+#include "mapping/convex_bodies.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,11 +13,6 @@ namespace {
 
 constexpr double kTouch_m = 1e-9;                       // rounding, so that a sphere may rest against a face
 constexpr double kHalfDiagonal = 0.866025403784438647;  // of a unit voxel
-
-double squared_distance_to_voxel(const Eigen::Vector3d& point_m, const Eigen::Vector3d& voxel_center_m, double half_m) {
-  const Eigen::Vector3d outside_m = ((point_m - voxel_center_m).cwiseAbs().array() - half_m).max(0.0).matrix();
-  return outside_m.squaredNorm();
-}
 
 bool all_finite(const Eigen::Vector3d& v) { return v.array().isFinite().all(); }
 
@@ -51,18 +49,45 @@ bool FreeSpace::surely_free(const Eigen::Vector3d& center_m, double radius_m) co
 
 bool FreeSpace::sphere_free(const Eigen::Vector3d& center_m, double radius_m) const {
   if (!all_finite(center_m) || !grid().box().contains(center_m)) return false;
-  if (surely_free(center_m, radius_m)) return true;
-  const double half_m = 0.5 * grid().resolution_m();
-  const double reach_m = std::max(0.0, radius_m - kTouch_m);
-  const VoxelIndex from = grid().index_of(center_m - Eigen::Vector3d::Constant(reach_m));
-  const VoxelIndex to = grid().index_of(center_m + Eigen::Vector3d::Constant(reach_m));
+  return surely_free(center_m, radius_m) || capsule_free(center_m, center_m, radius_m);
+}
+
+bool FreeSpace::swept_sphere_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) const {
+  if (!all_finite(from_m) || !all_finite(to_m)) return false;
+  if (!grid().box().contains(from_m) || !grid().box().contains(to_m)) return false;
+  if (surely_free(0.5 * (from_m + to_m), radius_m + 0.5 * (to_m - from_m).norm())) return true;
+  return capsule_free(from_m, to_m, radius_m);
+}
+
+bool FreeSpace::capsule_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) const {
+  const double reach_m = std::max(kTouch_m, radius_m - kTouch_m);
+  if (words_ != nullptr) {
+    const mapping::CollisionChecker checker(*words_, *distance_, mapping::SphereShape{reach_m});
+    const Pose T_world_from(Eigen::Translation3d{from_m});
+    if (from_m == to_m) return !checker.collides(T_world_from);
+    return !checker.collides_between(T_world_from, Pose(Eigen::Translation3d{to_m}));
+  }
+  // The same without words: every voxel around it, in cells from the capsule's middle.
+  const double per_m = 1.0 / grid().resolution_m();
+  const Eigen::Vector3d middle_m = 0.5 * (from_m + to_m);
+  const double length_m = (to_m - from_m).norm();
+  const Eigen::Vector3d direction =
+      length_m > 0.0 ? Eigen::Vector3d((to_m - from_m) / length_m) : Eigen::Vector3d::UnitX();
+  const mapping::convex::Capsule capsule(reach_m * per_m, 0.5 * length_m * per_m, direction);
+  const VoxelIndex from = grid().index_of(from_m.cwiseMin(to_m) - Eigen::Vector3d::Constant(reach_m));
+  const VoxelIndex to = grid().index_of(from_m.cwiseMax(to_m) + Eigen::Vector3d::Constant(reach_m));
   for (int z = from.z; z <= to.z; ++z) {
     for (int y = from.y; y <= to.y; ++y) {
       for (int x = from.x; x <= to.x; ++x) {
         const VoxelIndex v{x, y, z};
         if (!map_->blocked(v)) continue;
-        const double squared_m2 = squared_distance_to_voxel(center_m, grid().center_of(v), half_m);
-        if (squared_m2 < reach_m * reach_m || squared_m2 == 0.0) return false;
+        const Eigen::Vector3d at = (grid().center_of(v) - middle_m) * per_m;
+        mapping::convex::CellBox box;
+        for (std::size_t i = 0; i < 3; ++i) {
+          box.lo[i] = at[static_cast<Eigen::Index>(i)] - 0.5;
+          box.hi[i] = at[static_cast<Eigen::Index>(i)] + 0.5;
+        }
+        if (capsule.overlaps(box)) return false;
       }
     }
   }

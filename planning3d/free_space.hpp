@@ -58,12 +58,16 @@ class FreeSpace {
   /// Exact: a sphere of the robot's radius centred anywhere (not only at voxel centres) touches no blocked voxel.
   /// A sphere that only touches a face does not count. Does not look at the flight box.
   bool sphere_free(const Eigen::Vector3d& center_m, double radius_m) const;
+  /// Exact: so does the sphere moved along the straight segment from one place to the other (a capsule).
+  bool swept_sphere_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) const;
   /// The distance field alone says that the sphere is free (never wrongly; may say no for free spheres).
   bool surely_free(const Eigen::Vector3d& center_m, double radius_m) const;
   /// Nearest traversable voxel within `reach_m` of a point, by distance; false if there is none.
   bool nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const;
 
  private:
+  bool capsule_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) const;
+
   const mapping::OccupancyMap* map_;
   const mapping::DistanceField* distance_;
   const mapping::OccupancyWords* words_;

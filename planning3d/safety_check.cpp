@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace stairwell::planning3d {
 
@@ -13,6 +14,9 @@ namespace {
 constexpr double kTouch_m = 1e-6;  // resting against a face is no collision
 constexpr double kBoxRounding_m = 1e-6;
 constexpr double kLimitRounding = 1e-4;  // relative
+constexpr double kStraight_m = 1e-9;
+constexpr double kBowShare =
+    1.5;  // a cubic is at most this much farther from its chord than half-way (1 for a parabola)
 
 /// Touching counts.
 bool sphere_hits_voxel(const Eigen::Vector3d& sphere_m, double radius_m, const Eigen::Vector3d& voxel_m,
@@ -51,35 +55,47 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
   return worst;
 }
 
-/// Checks one place after the other with the escape allowance.
+/// Checks one place after the other, and the way between them, with the escape allowance.
 class Walker {
  public:
-  Walker(const SafetyCheck& check, const FreeSpace& space, double spare_m) : check_(check), space_(space) {
-    radius_m_ = whole_m_ = space.robot().radius_m + spare_m;
-  }
+  Walker(const SafetyCheck& check, const FreeSpace& space)
+      : check_(check), space_(space), whole_m_(space.robot().radius_m + check.config().spare_m), radius_m_(whole_m_) {}
 
-  Verdict visit(const Eigen::Vector3d& at_m) {
+  /// @param bow_m how far the way to here bends away from the straight line
+  Verdict visit(const Eigen::Vector3d& at_m, double bow_m = 0.0) {
     if (first_) start(at_m);
-    gone_m_ += (at_m - last_m_).norm();
-    last_m_ = at_m;
-    if (radius_m_ < whole_m_) {
-      if (gone_m_ > check_.config().escape_m || check_.check_position(space_, at_m, whole_m_) == Verdict::kSafe) {
-        radius_m_ = whole_m_;
-      }
+    const Eigen::Vector3d from_m = std::exchange(last_m_, at_m);
+    gone_m_ += (at_m - from_m).norm();
+    Verdict verdict = check_.check_position(space_, at_m, radius_m_);
+    if (verdict == Verdict::kSafe) verdict = on_the_way(from_m, at_m, bow_m);
+    if (verdict == Verdict::kSafe && radius_m_ < whole_m_) {
+      const Verdict whole = check_.check_position(space_, at_m, whole_m_);
+      if (whole == Verdict::kSafe || gone_m_ > check_.config().escape_m) radius_m_ = whole_m_;
+      if (radius_m_ == whole_m_) verdict = whole;
     }
-    return check_.check_position(space_, at_m, radius_m_);
+    return verdict;
   }
 
  private:
   void start(const Eigen::Vector3d& at_m) {
     first_ = false;
     last_m_ = at_m;
+    const double robot_m = space_.robot().radius_m;
     if (!(check_.config().escape_m > 0.0)) return;
-    for (const double part : {1.0, 0.75, 0.5, 0.25, 0.05}) {
-      radius_m_ = part * whole_m_;
+    for (const double radius_m : {whole_m_, robot_m, 0.75 * robot_m, 0.5 * robot_m, 0.25 * robot_m, 0.05 * robot_m}) {
+      radius_m_ = radius_m;
       if (check_.check_position(space_, at_m, radius_m_) == Verdict::kSafe) return;
     }
     radius_m_ = whole_m_;
+  }
+
+  Verdict on_the_way(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double bow_m) const {
+    const double swept_m = std::max(kTouch_m, radius_m_ + bow_m - kTouch_m);
+    if (from_m == to_m || space_.swept_sphere_free(from_m, to_m, swept_m)) return Verdict::kSafe;
+    // The sphere around both ends holds what is touched, and names it.
+    const Verdict around =
+        check_.check_position(space_, 0.5 * (from_m + to_m), radius_m_ + bow_m + 0.5 * (to_m - from_m).norm());
+    return around == Verdict::kSafe ? Verdict::kOccupied : around;
   }
 
   const SafetyCheck& check_;
@@ -93,6 +109,13 @@ class Walker {
 
 double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
   return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
+}
+
+double off_line_m(const Eigen::Vector3d& p_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
+  const Eigen::Vector3d way_m = to_m - from_m;
+  const double u = std::clamp((p_m - from_m).dot(way_m) / std::max(way_m.squaredNorm(), 1e-18), 0.0, 1.0);
+  const double off_m = (from_m + u * way_m - p_m).norm();
+  return off_m > kStraight_m ? off_m : 0.0;
 }
 
 double fastest_mps(const Trajectory& trajectory) {
@@ -129,7 +152,7 @@ Verdict SafetyCheck::check_position(const FreeSpace& space, const Eigen::Vector3
 }
 
 SafetyReport SafetyCheck::check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const {
-  Walker walker(*this, space, config_.spare_m);
+  Walker walker(*this, space);
   double gone_m = 0.0;
   for (std::size_t i = 0; i < path_m.size(); ++i) {
     const Eigen::Vector3d from_m = i > 0 ? path_m[i - 1] : path_m[i];
@@ -150,7 +173,7 @@ SafetyReport SafetyCheck::check_path(const FreeSpace& space, const std::vector<E
 
 SafetyReport SafetyCheck::check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const {
   if (trajectory.empty()) return {};
-  Walker walker(*this, space, config_.spare_m);
+  Walker walker(*this, space);
   const double end_s = trajectory.end_time_s();
   Eigen::Vector3d checked_m = trajectory.sample(from_s).position_m;
   Verdict verdict = walker.visit(checked_m);
@@ -160,12 +183,13 @@ SafetyReport SafetyCheck::check_space(const FreeSpace& space, const Trajectory& 
     // Half a step at the present speed, so that no two checked places are farther apart than a whole one.
     const double wait_s =
         std::clamp(0.5 * config_.step_m / std::max(speed_mps, 1e-3), 0.1 * Trajectory::kStep_s, Trajectory::kStep_s);
-    time_s = std::min(end_s, time_s + wait_s);
+    const double before_s = std::exchange(time_s, std::min(end_s, time_s + wait_s));
     const Eigen::Vector3d at_m = trajectory.sample(time_s).position_m;
-    if (time_s < end_s && (at_m - checked_m).norm() < 0.5 * config_.step_m) continue;
-    checked_m = at_m;
-    verdict = walker.visit(at_m);
+    if (at_m == checked_m) continue;
+    const Eigen::Vector3d middle_m = trajectory.sample(0.5 * (before_s + time_s)).position_m;
+    verdict = walker.visit(at_m, kBowShare * off_line_m(middle_m, checked_m, at_m));
     if (verdict != Verdict::kSafe) return {verdict, time_s, at_m};
+    checked_m = at_m;
   }
   return {};
 }

@@ -25,8 +25,8 @@ struct SafetyReport {
 class SafetyCheck {
  public:
   struct Config {
-    double step_m = 0.04;             ///< spacing of the checked states
-    double spare_m = 0.0;             ///< added to the robot's radius: what may happen between the checked states
+    double step_m = 0.04;             ///< spacing of the checked states; between them the swept sphere is checked
+    double spare_m = 0.0;             ///< added to the robot's radius
     double fellow_clearance_m = 0.5;  ///< least distance between the centres of two UAVs
     /// A UAV that already touches something (the map changed around it) may leave: for this far from its start the
     /// sphere is only as large as fits there, until it first fits whole. 0 = never.

@@ -57,19 +57,23 @@ bool SegmentCheck::segment_free(const Eigen::Vector3d& from_m, const Eigen::Vect
     delta[axis] = moves ? res_m / std::abs(leg_m[axis]) : std::numeric_limits<double>::infinity();
   }
   double entered = 0.0;
+  double near_from = -1.0;  // where the stretch of voxels began in which the robot may touch something; < 0: not in one
+  const auto stretch_free = [&](double until) {
+    return near_from < 0.0 ||
+           space_->swept_sphere_free(from_m + near_from * leg_m, from_m + until * leg_m, space_->robot().radius_m);
+  };
   for (int crossing = 0;; ++crossing) {
     const VoxelIndex v{at[0], at[1], at[2]};
     if (!space_->traversable(v)) return false;
     const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
-    const double left = std::min(1.0, next[axis]);
-    if (!roomy(v)) {
-      if (!fits(from_m + entered * leg_m) || !fits(from_m + 0.5 * (entered + left) * leg_m) ||
-          !fits(from_m + left * leg_m)) {
-        return false;
-      }
+    if (roomy(v)) {
+      if (!stretch_free(entered)) return false;
+      near_from = -1.0;
+    } else if (near_from < 0.0) {
+      near_from = entered;
     }
-    if (crossing >= crossings || next[axis] > 1.0) return true;
-    entered = left;
+    if (crossing >= crossings || next[axis] > 1.0) return stretch_free(1.0);
+    entered = std::min(1.0, next[axis]);
     at[axis] += step[axis];
     next[axis] += delta[axis];
   }

@@ -6,8 +6,8 @@
 
 namespace stairwell::planning3d {
 
-/// Whether the robot fits along straight segments: every voxel passed is traversable, near obstacles the sphere is
-/// tested exactly, and keep-out spheres are not entered.
+/// Whether the robot fits along straight segments: every voxel passed is traversable, near obstacles the capsule that
+/// the sphere sweeps is tested exactly, and keep-out spheres are not entered.
 class SegmentCheck {
  public:
   /// A keep-out sphere that holds `start_m` shrinks so that the robot can leave it, not come closer.

@@ -2,8 +2,9 @@
 
 #include "core/units.hpp"
 #include "planning3d/curve.hpp"
+#include "planning3d/elastic_band.hpp"
 #include "planning3d/speed_profile.hpp"
-#include "planning3d/yaw_turn.hpp"
+#include "planning3d/yaw_plan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +17,10 @@ namespace {
 
 constexpr double kSpare_m = 0.03;  // asked for first: slivers of a surface in a voxel can slip through between the rays
 constexpr double kYawShare = 0.98;
-constexpr double kSlow_mps = 0.05;         // below this the UAV stops (in a step or two) before it sets off
-constexpr double kMaxReach_m = 1.5;        // of the rounding of a corner
-constexpr double kHeadingSpeed_mps = 0.1;  // horizontal; slower flight gives no heading to look along
+constexpr double kBandSpare_m = 0.02;  // around control points: between them corners come nearer
+constexpr double kLeastTurn_m = 0.3;
+constexpr double kSlow_mps = 0.05;   // below this the UAV stops (in a step or two) before it sets off
+constexpr double kMaxReach_m = 1.5;  // of the rounding of a corner
 constexpr double kLeastLeg_m = 0.05;
 constexpr int kMaxTightenings = 16;
 constexpr LimitShares kCautious{};
@@ -67,20 +69,41 @@ void drop_corners_near_start(Path& way_m, std::size_t first) {
   while (from + 1 < way_m.end() - 1 && (*(from + 1) - *from).norm() < kLeastLeg_m) way_m.erase(from + 1);
 }
 
-/// The polyline rounded as widely as the space allows; nullopt where even tight corners do not fit.
-std::optional<Curve> free_curve(const FreeSpace& space, const SafetyCheck& check, const Path& corners_m,
-                                const Curve& lead_in) {
-  const Path polyline_m = without_repeats(corners_m);
-  if (polyline_m.size() < 2) return std::nullopt;
-  RoundedPath rounded(polyline_m, kMaxReach_m);
+/// `shape` (an ElasticBand or a RoundedPath) behind the lead-in, given way where it does not fit; nullopt where it has
+/// no more way to give.
+template <typename Shape, typename GiveWay>
+std::optional<Curve> fitted(const FreeSpace& space, const SafetyCheck& check, const Curve& lead_in, Shape& shape,
+                            const GiveWay& give_way) {
   for (int attempt = 0; attempt < kMaxTightenings; ++attempt) {
     Curve curve = lead_in;
-    curve.append(rounded.curve());
+    curve.append(shape.curve());
     const SafetyReport report = check.check_path(space, curve.point_m);
     if (report.safe()) return curve;
-    if (!rounded.tighten_near(report.at_m)) return std::nullopt;
+    if (!give_way(shape, report.at_m)) return std::nullopt;
   }
   return std::nullopt;
+}
+
+/// Curves along the polyline that are free: as an elastic band; the polyline rounded as widely as the space allows.
+/// None where even tight corners do not fit.
+std::vector<Curve> free_curves(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                               const Path& corners_m, const Curve& lead_in) {
+  std::vector<Curve> curves;
+  const Path polyline_m = without_repeats(corners_m);
+  if (polyline_m.size() < 2) return curves;
+  if (polyline_m.size() > 2) {
+    const double radius_m = space.robot().radius_m + check.config().spare_m + kBandSpare_m;
+    const double turn_m = limits.speed_mps * limits.speed_mps / limits.acceleration_mps2;
+    ElasticBand band(space, polyline_m, radius_m, std::max(turn_m, kLeastTurn_m), lead_in.size() > 0);
+    auto curve = fitted(space, check, lead_in, band,
+                        [](ElasticBand& shape, const Eigen::Vector3d& at_m) { return shape.loosen_near(at_m); });
+    if (curve) curves.push_back(std::move(*curve));
+  }
+  RoundedPath rounded(polyline_m, kMaxReach_m);
+  auto curve = fitted(space, check, lead_in, rounded,
+                      [](RoundedPath& shape, const Eigen::Vector3d& at_m) { return shape.tighten_near(at_m); });
+  if (curve) curves.push_back(std::move(*curve));
+  return curves;
 }
 
 std::optional<Ride> ride_along(const Curve& curve, const MotionLimits& limits, const MotionState& start) {
@@ -119,11 +142,11 @@ std::optional<Ride> stop_and_go(const FreeSpace& space, const SafetyCheck& check
   Ride whole;
   const Path corners_m = without_repeats(way_m);
   for (std::size_t i = 0; i + 1 < corners_m.size(); ++i) {
-    const auto curve = free_curve(space, check, {corners_m[i], corners_m[i + 1]}, {});
-    if (!curve) return std::nullopt;
+    const auto curves = free_curves(space, check, limits, {corners_m[i], corners_m[i + 1]}, {});
+    if (curves.empty()) return std::nullopt;
     MotionState start;
     start.position_m = corners_m[i];
-    const auto leg = ride_along(*curve, limits, start);
+    const auto leg = ride_along(curves.front(), limits, start);
     if (!leg) return std::nullopt;
     join_at_rest(whole, *leg);
   }
@@ -143,10 +166,10 @@ std::optional<Ride> ride_from_rest(const FreeSpace& space, const SafetyCheck& ch
   start.position_m = from_m;
   std::optional<Ride> best;
   for (const Path& way_m : ways) {
-    const auto curve = free_curve(space, check, way_m, {});
-    if (!curve) continue;
-    auto ride = ride_along(*curve, limits, start);
-    if (ride && (!best || ride->states.size() < best->states.size())) best = std::move(ride);
+    for (const Curve& curve : free_curves(space, check, limits, way_m, {})) {
+      auto ride = ride_along(curve, limits, start);
+      if (ride && (!best || ride->states.size() < best->states.size())) best = std::move(ride);
+    }
   }
   for (auto way = ways.rbegin(); !best && way != ways.rend(); ++way) best = stop_and_go(space, check, limits, *way);
   return best;
@@ -168,78 +191,13 @@ std::vector<Ride> moving_rides(const FreeSpace& space, const SafetyCheck& check,
       if (straight_m < kLeastLeg_m) continue;
       way_m.insert(way_m.begin(), {from_m, from_m + straight_m * along});
       drop_corners_near_start(way_m, 1);
-      const auto curve = free_curve(space, check, way_m, lead_in);
-      if (!curve) continue;
-      if (auto ride = ride_along(*curve, limits, start)) rides.push_back(std::move(*ride));
+      for (const Curve& curve : free_curves(space, check, limits, way_m, lead_in)) {
+        if (auto ride = ride_along(curve, limits, start)) rides.push_back(std::move(*ride));
+      }
     }
   }
   return rides;
 }
-
-/// Fills in yaw from a given yaw and rate.
-class YawRider {
- public:
-  YawRider(const MotionLimits& limits, double yaw_rad, double rate_radps)
-      : rate_(std::max(kYawShare * limits.yaw_rate_radps, std::abs(rate_radps))),
-        acceleration_(kYawShare * limits.yaw_acceleration_radps2),
-        yaw_rad_(yaw_rad),
-        rate_radps_(rate_radps) {}
-
-  /// Turns straight to the goal yaw; waits at the end if that takes longer.
-  void turn(Ride& ride, double goal_yaw_rad) const { finish_from(ride, 0, yaw_rad_, rate_radps_, goal_yaw_rad); }
-
-  /// Faces the direction of flight, and turns to the goal yaw so that both finish together where possible.
-  void look_along(Ride& ride, double goal_yaw_rad) const {
-    std::vector<YawTurn::State> tracked{{yaw_rad_, rate_radps_}};
-    double heading_rad = yaw_rad_;
-    for (std::size_t i = 0; i + 1 < ride.states.size(); ++i) {
-      const Eigen::Vector3d& v = ride.states[i].velocity_mps;
-      if (std::hypot(v.x(), v.y()) > kHeadingSpeed_mps) heading_rad = std::atan2(v.y(), v.x());
-      const YawTurn::State now = tracked.back();
-      const auto turn = YawTurn::to_heading(now.rate_radps, heading_rad - now.turned_rad, rate_, acceleration_);
-      const YawTurn::State next = turn.at(Trajectory::kStep_s);
-      tracked.push_back({now.turned_rad + next.turned_rad, next.rate_radps});
-    }
-    std::size_t last = ride.states.size() - 1;
-    for (; last > 0; --last) {
-      const double left_s = Trajectory::kStep_s * static_cast<double>(ride.states.size() - 1 - last);
-      if (turn_from(tracked[last], goal_yaw_rad).duration_s() <= left_s) break;
-    }
-    for (std::size_t i = 0; i < last; ++i) set(ride.states[i], tracked[i]);
-    finish_from(ride, last, tracked[last].turned_rad, tracked[last].rate_radps, goal_yaw_rad);
-  }
-
- private:
-  static void set(MotionState& state, const YawTurn::State& yaw) {
-    state.yaw_rad = wrap_angle(yaw.turned_rad);
-    state.yaw_rate_radps = yaw.rate_radps;
-  }
-
-  YawTurn turn_from(const YawTurn::State& from, double goal_yaw_rad) const {
-    return YawTurn::to_heading(from.rate_radps, goal_yaw_rad - from.turned_rad, rate_, acceleration_);
-  }
-
-  void finish_from(Ride& ride, std::size_t first, double yaw_rad, double rate_radps, double goal_yaw_rad) const {
-    const YawTurn turn = turn_from({yaw_rad, rate_radps}, goal_yaw_rad);
-    const auto steps = static_cast<std::size_t>(std::ceil(turn.duration_s() / Trajectory::kStep_s - 1e-9));
-    while (ride.states.size() < first + steps + 1) {
-      MotionState wait;
-      wait.position_m = ride.states.back().position_m;
-      ride.states.push_back(wait);
-    }
-    for (std::size_t i = first; i < ride.states.size(); ++i) {
-      const YawTurn::State yaw = turn.at(Trajectory::kStep_s * static_cast<double>(i - first));
-      set(ride.states[i], {yaw_rad + yaw.turned_rad, yaw.rate_radps});
-    }
-    ride.states.back().yaw_rad = wrap_angle(goal_yaw_rad);
-    ride.states.back().yaw_rate_radps = 0.0;
-  }
-
-  double rate_;
-  double acceleration_;
-  double yaw_rad_;
-  double rate_radps_;
-};
 
 /// Back over where the brakes were applied to the departure, then along the path.
 Path way_back(const Ride& braked, const Path& path_m) {
@@ -330,13 +288,13 @@ std::optional<Trajectory> TrajectoryBuilder::build_checked(const FreeSpace& spac
     rides.push_back(std::move(braked));
   }
 
-  const YawRider yaw(limits_, start.yaw_rad, start.yaw_rate_radps);
+  const YawPlan yaw(limits_, start.yaw_rad, start.yaw_rate_radps);
   for (Ride& ride : rides) {
     if (ride.states.size() > 1) ride.states.back().position_m = path_m.back();
     if (request.look_along_path) {
-      yaw.look_along(ride, request.goal_yaw_rad);
+      yaw.look_along(ride.states, request.goal_yaw_rad);
     } else {
-      yaw.turn(ride, request.goal_yaw_rad);
+      yaw.turn(ride.states, request.goal_yaw_rad);
     }
   }
   std::stable_sort(rides.begin(), rides.end(),
@@ -355,8 +313,8 @@ Trajectory TrajectoryBuilder::brake(const Trajectory& flying, double depart_s) c
   Ride ride = braking_ride(flying, depart_s, limits_);
   const YawTurn stop =
       YawTurn::stop(start.yaw_rate_radps, limits_.yaw_rate_radps, kYawShare * limits_.yaw_acceleration_radps2);
-  YawRider(limits_, start.yaw_rad, start.yaw_rate_radps)
-      .turn(ride, start.yaw_rad + stop.at(stop.duration_s()).turned_rad);
+  YawPlan(limits_, start.yaw_rad, start.yaw_rate_radps)
+      .turn(ride.states, start.yaw_rad + stop.at(stop.duration_s()).turned_rad);
   return {depart_s, std::move(ride.states)};
 }
 
