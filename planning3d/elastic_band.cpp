@@ -7,9 +7,9 @@ namespace stairwell::planning3d {
 
 namespace {
 
-constexpr double kSpacing_m = 0.3;
-constexpr int kSweeps = 40;
-constexpr double kOverRelaxation = 1.5;
+constexpr double kSpacing_m = 0.2;  // closer points keep better to gaps, but take more sweeps
+constexpr int kSweeps = 60;
+constexpr double kOverRelaxation = 1.8;
 constexpr double kStill_m = 1e-3;  // the band rests when no point moves farther in a sweep
 constexpr double kOnWay_m = 1e-3;
 

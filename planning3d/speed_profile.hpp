@@ -10,9 +10,9 @@ namespace stairwell::planning3d {
 
 /// Share of the limits that is planned with; the rest absorbs what sampling adds.
 struct LimitShares {
-  double speed = 0.98;
-  double acceleration = 0.96;
-  double bend = 0.85;  ///< of the acceleration, at most spent on turning
+  double speed = 0.99;
+  double acceleration = 0.97;
+  double bend = 0.9;  ///< of the acceleration, at most spent on turning
 };
 
 /// Quickest squared speeds along a curve from `start_mps` to rest (forward and backward passes over arc length);

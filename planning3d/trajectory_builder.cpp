@@ -24,15 +24,14 @@ constexpr double kMaxReach_m = 1.5;  // of the rounding of a corner
 constexpr double kLeastLeg_m = 0.05;
 constexpr int kMaxTightenings = 16;
 constexpr LimitShares kCautious{};
-constexpr LimitShares kFirm{0.995, 0.985, 0.97};   // when the motion under way leaves no choice
-constexpr LimitShares kBraking{0.98, 0.95, 0.85};  // less than planned with: the old speed is never exceeded anyway
+constexpr LimitShares kFirm{0.995, 0.985, 0.97};  // when the motion under way leaves no choice
+// Less than planned with (the old speed is never exceeded anyway); the later ones where the curve bends sharply between
+// two states.
+constexpr LimitShares kBraking{0.98, 0.95, 0.85};
+constexpr double kBrakingAccelerations[] = {0.95, 0.88, 0.75, 0.5};
 
 using Path = std::vector<Eigen::Vector3d>;
-
-/// A motion without yaw.
-struct Ride {
-  std::vector<MotionState> states;
-};
+using Ride = TrajectoryBuilder::Ride;
 
 /// The rest of a path as seen from a point near it: from the nearest place on it plus `ahead_m`, to the end.
 Path rest_of_path(const Path& path_m, const Eigen::Vector3d& from_m, double search_m, double ahead_m) {
@@ -84,26 +83,23 @@ std::optional<Curve> fitted(const FreeSpace& space, const SafetyCheck& check, co
   return std::nullopt;
 }
 
-/// Curves along the polyline that are free: as an elastic band; the polyline rounded as widely as the space allows.
-/// None where even tight corners do not fit.
-std::vector<Curve> free_curves(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
-                               const Path& corners_m, const Curve& lead_in) {
-  std::vector<Curve> curves;
+/// A free curve along the polyline: an elastic band; where that finds none, the polyline rounded as widely as the space
+/// allows; nullopt where even tight corners do not fit.
+std::optional<Curve> free_curve(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                                const Path& corners_m, const Curve& lead_in) {
   const Path polyline_m = without_repeats(corners_m);
-  if (polyline_m.size() < 2) return curves;
+  if (polyline_m.size() < 2) return std::nullopt;
   if (polyline_m.size() > 2) {
     const double radius_m = space.robot().radius_m + check.config().spare_m + kBandSpare_m;
     const double turn_m = limits.speed_mps * limits.speed_mps / limits.acceleration_mps2;
     ElasticBand band(space, polyline_m, radius_m, std::max(turn_m, kLeastTurn_m), lead_in.size() > 0);
     auto curve = fitted(space, check, lead_in, band,
                         [](ElasticBand& shape, const Eigen::Vector3d& at_m) { return shape.loosen_near(at_m); });
-    if (curve) curves.push_back(std::move(*curve));
+    if (curve) return curve;
   }
   RoundedPath rounded(polyline_m, kMaxReach_m);
-  auto curve = fitted(space, check, lead_in, rounded,
-                      [](RoundedPath& shape, const Eigen::Vector3d& at_m) { return shape.tighten_near(at_m); });
-  if (curve) curves.push_back(std::move(*curve));
-  return curves;
+  return fitted(space, check, lead_in, rounded,
+                [](RoundedPath& shape, const Eigen::Vector3d& at_m) { return shape.tighten_near(at_m); });
 }
 
 std::optional<Ride> ride_along(const Curve& curve, const MotionLimits& limits, const MotionState& start) {
@@ -142,11 +138,11 @@ std::optional<Ride> stop_and_go(const FreeSpace& space, const SafetyCheck& check
   Ride whole;
   const Path corners_m = without_repeats(way_m);
   for (std::size_t i = 0; i + 1 < corners_m.size(); ++i) {
-    const auto curves = free_curves(space, check, limits, {corners_m[i], corners_m[i + 1]}, {});
-    if (curves.empty()) return std::nullopt;
+    const auto curve = free_curve(space, check, limits, {corners_m[i], corners_m[i + 1]}, {});
+    if (!curve) return std::nullopt;
     MotionState start;
     start.position_m = corners_m[i];
-    const auto leg = ride_along(curves.front(), limits, start);
+    const auto leg = ride_along(*curve, limits, start);
     if (!leg) return std::nullopt;
     join_at_rest(whole, *leg);
   }
@@ -154,25 +150,24 @@ std::optional<Ride> stop_and_go(const FreeSpace& space, const SafetyCheck& check
   return whole;
 }
 
-std::optional<Ride> ride_from_rest(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
-                                   const Path& path_m, const Eigen::Vector3d& from_m) {
-  if ((path_m.back() - from_m).norm() < 1e-3 && path_m.size() <= 2) {
-    MotionState stay;
-    stay.position_m = from_m;
-    return Ride{{stay}};
-  }
-  const std::vector<Path> ways = ways_from_rest(path_m, from_m);
+/// @param stops at every corner
+std::vector<Ride> rides_from_rest(const FreeSpace& space, const SafetyCheck& check, const MotionLimits& limits,
+                                  const Path& path_m, const Eigen::Vector3d& from_m, bool stops) {
   MotionState start;
   start.position_m = from_m;
-  std::optional<Ride> best;
+  if ((path_m.back() - from_m).norm() < 1e-3 && path_m.size() <= 2) return {Ride{{start}}};
+  const std::vector<Path> ways = ways_from_rest(path_m, from_m);
+  std::vector<Ride> rides;
   for (const Path& way_m : ways) {
-    for (const Curve& curve : free_curves(space, check, limits, way_m, {})) {
-      auto ride = ride_along(curve, limits, start);
-      if (ride && (!best || ride->states.size() < best->states.size())) best = std::move(ride);
+    std::optional<Ride> ride;
+    if (stops) {
+      ride = stop_and_go(space, check, limits, way_m);
+    } else if (const auto curve = free_curve(space, check, limits, way_m, {})) {
+      ride = ride_along(*curve, limits, start);
     }
+    if (ride) rides.push_back(std::move(*ride));
   }
-  for (auto way = ways.rbegin(); !best && way != ways.rend(); ++way) best = stop_and_go(space, check, limits, *way);
-  return best;
+  return rides;
 }
 
 /// Candidates that keep moving: the old curve for a while, on along its tangent, then over to the path.
@@ -191,9 +186,9 @@ std::vector<Ride> moving_rides(const FreeSpace& space, const SafetyCheck& check,
       if (straight_m < kLeastLeg_m) continue;
       way_m.insert(way_m.begin(), {from_m, from_m + straight_m * along});
       drop_corners_near_start(way_m, 1);
-      for (const Curve& curve : free_curves(space, check, limits, way_m, lead_in)) {
-        if (auto ride = ride_along(curve, limits, start)) rides.push_back(std::move(*ride));
-      }
+      const auto curve = free_curve(space, check, limits, way_m, lead_in);
+      if (!curve) continue;
+      if (auto ride = ride_along(*curve, limits, start)) rides.push_back(std::move(*ride));
     }
   }
   return rides;
@@ -242,15 +237,20 @@ Ride short_stop(const MotionState& start, const MotionLimits& limits) {
 /// Brakes on the curve being flown; a single state at rest when it is not moving.
 Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits& limits) {
   const MotionState start = flying.sample(depart_s);
-  const FlownCurve stop = hardest_stop(flown_curve(flying, depart_s), limits, kBraking);
-  if (stop.curve.size() < 2) {
-    MotionState rest;
-    rest.position_m = start.position_m;
-    return start.velocity_mps.isZero(0.0) ? Ride{{rest}} : short_stop(start, limits);
+  const FlownCurve flown = flown_curve(flying, depart_s);
+  Ride ride;
+  for (const double acceleration : kBrakingAccelerations) {
+    const FlownCurve stop = hardest_stop(flown, limits, {kBraking.speed, acceleration, kBraking.bend});
+    if (stop.curve.size() < 2) {
+      MotionState rest;
+      rest.position_m = start.position_m;
+      return start.velocity_mps.isZero(0.0) ? Ride{{rest}} : short_stop(start, limits);
+    }
+    ride.states = timed_states(stop.curve, stop.squared_speed, limits);
+    ride.states.front().position_m = start.position_m;
+    ride.states.front().velocity_mps = start.velocity_mps;
+    if (SafetyCheck{}.check_limits(Trajectory(depart_s, ride.states), limits, depart_s).safe()) break;
   }
-  Ride ride{timed_states(stop.curve, stop.squared_speed, limits)};
-  ride.states.front().position_m = start.position_m;
-  ride.states.front().velocity_mps = start.velocity_mps;
   return ride;
 }
 
@@ -260,46 +260,51 @@ std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const
   if (!usable(request)) return std::nullopt;
   SafetyCheck::Config roomy = check_.config();
   roomy.spare_m += kSpare_m;
-  if (auto trajectory = build_checked(space, request, SafetyCheck(roomy))) return trajectory;
-  return build_checked(space, request, check_);
+  if (auto trajectory = build_checked(space, request, SafetyCheck(roomy), false)) return trajectory;
+  if (auto trajectory = build_checked(space, request, check_, false)) return trajectory;
+  return build_checked(space, request, check_, true);
 }
 
 std::optional<Trajectory> TrajectoryBuilder::build_checked(const FreeSpace& space, const TrajectoryRequest& request,
-                                                           const SafetyCheck& check) const {
+                                                           const SafetyCheck& check, bool stops) const {
   const MotionState start = request.previous->sample(request.depart_s);
   Path path_m = without_repeats(request.path_m);
   if (path_m.size() == 1) path_m.insert(path_m.begin(), start.position_m);
   path_m = without_repeats(path_m);
 
   std::vector<Ride> rides;
-  if (start.velocity_mps.norm() > kSlow_mps) {
+  if (start.velocity_mps.norm() > kSlow_mps && !stops) {
     const FlownCurve flown = flown_curve(*request.previous, request.depart_s);
     const FlownCurve stop = hardest_stop(flown, limits_, kBraking);
     if (stop.curve.size() > 1) {
       rides = moving_rides(space, check, limits_, path_m, start, flown, stop.curve.length_m());
     }
   }
-  Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
+  const Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
   const Eigen::Vector3d stopped_m = braked.states.back().position_m;
-  auto next = ride_from_rest(space, check, limits_, path_m, stopped_m);
-  if (!next) next = ride_from_rest(space, check, limits_, way_back(braked, path_m), stopped_m);
-  if (next) {
-    join_at_rest(braked, *next);
-    rides.push_back(std::move(braked));
+  auto after = rides_from_rest(space, check, limits_, path_m, stopped_m, stops);
+  if (after.empty()) after = rides_from_rest(space, check, limits_, way_back(braked, path_m), stopped_m, stops);
+  for (const Ride& next : after) {
+    rides.push_back(braked);
+    join_at_rest(rides.back(), next);
   }
+  return quickest_safe(space, request, check, path_m.back(), std::move(rides));
+}
 
+std::optional<Trajectory> TrajectoryBuilder::quickest_safe(const FreeSpace& space, const TrajectoryRequest& request,
+                                                           const SafetyCheck& check, const Eigen::Vector3d& goal_m,
+                                                           std::vector<Ride> rides) const {
+  std::stable_sort(rides.begin(), rides.end(),
+                   [](const Ride& a, const Ride& b) { return a.states.size() < b.states.size(); });
+  const MotionState start = request.previous->sample(request.depart_s);
   const YawPlan yaw(limits_, start.yaw_rad, start.yaw_rate_radps);
   for (Ride& ride : rides) {
-    if (ride.states.size() > 1) ride.states.back().position_m = path_m.back();
+    if (ride.states.size() > 1) ride.states.back().position_m = goal_m;
     if (request.look_along_path) {
       yaw.look_along(ride.states, request.goal_yaw_rad);
     } else {
       yaw.turn(ride.states, request.goal_yaw_rad);
     }
-  }
-  std::stable_sort(rides.begin(), rides.end(),
-                   [](const Ride& a, const Ride& b) { return a.states.size() < b.states.size(); });
-  for (Ride& ride : rides) {
     Trajectory trajectory(request.depart_s, std::move(ride.states));
     if (!check.check_limits(trajectory, limits_, request.depart_s).safe()) continue;
     if (!check.check_space(space, trajectory, request.depart_s).safe()) continue;

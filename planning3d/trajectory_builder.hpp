@@ -39,9 +39,19 @@ class TrajectoryBuilder {
   static Trajectory step_along(double depart_s, double yaw_rad, const std::vector<Eigen::Vector3d>& path_m,
                                double goal_yaw_rad, double delta_m, double period_s);
 
+  /// A motion without yaw, a state every Trajectory::kStep_s.
+  struct Ride {
+    std::vector<MotionState> states;
+  };
+
  private:
+  /// @param stops at every corner: fits wherever the path itself does
   std::optional<Trajectory> build_checked(const FreeSpace& space, const TrajectoryRequest& request,
-                                          const SafetyCheck& check) const;
+                                          const SafetyCheck& check, bool stops) const;
+  /// With yaw; `check` has the last word on every one.
+  std::optional<Trajectory> quickest_safe(const FreeSpace& space, const TrajectoryRequest& request,
+                                          const SafetyCheck& check, const Eigen::Vector3d& goal_m,
+                                          std::vector<Ride> rides) const;
 
   MotionLimits limits_;
   SafetyCheck check_;
