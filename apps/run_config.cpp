@@ -199,6 +199,9 @@ const std::vector<Entry>& motion_entries() {
       {{"amax_mps2", "--amax", "M/S2", "largest acceleration"}, "2", number([](RunConfig& c) -> double& {
          return c.fleet.limits.acceleration_mps2;
        })},
+      {{"jmax_mps3", "--jmax", "M/S3", "largest jerk of planned motions; 0 = no limit"},
+       "0",
+       number([](RunConfig& c) -> double& { return c.fleet.limits.jerk_mps3; })},
       {{"yaw_rate_deg", "--yaw-rate-deg", "DEG/S", "largest turning rate"},
        "90",
        angle_deg([](RunConfig& c) -> double& { return c.fleet.limits.yaw_rate_radps; })},

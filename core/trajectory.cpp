@@ -18,6 +18,9 @@ std::vector<std::string> MotionLimits::problems() const {
   check(acceleration_mps2, "acceleration");
   check(yaw_rate_radps, "yaw rate");
   check(yaw_acceleration_radps2, "yaw acceleration");
+  if (!(jerk_mps3 >= 0.0) || !std::isfinite(jerk_mps3)) {
+    found.push_back("jerk limit must be positive, or 0 for none");
+  }
   return found;
 }
 

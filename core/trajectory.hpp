@@ -14,8 +14,10 @@ struct MotionLimits {
   double acceleration_mps2 = 2.0;
   double yaw_rate_radps = 1.5707963267948966;
   double yaw_acceleration_radps2 = 1.5707963267948966;
+  double jerk_mps3 = 0.0;  ///< change of the acceleration, in planned motions (not in emergency braking); 0 = no limit
   Norm norm = Norm::kEuclidean;
 
+  bool limits_jerk() const { return jerk_mps3 > 0.0; }
   std::vector<std::string> problems() const;
 };
 

@@ -216,6 +216,11 @@ SafetyReport SafetyCheck::check_limits(const Trajectory& trajectory, const Motio
       fine = size_of(now.velocity_mps, limits.norm) <= limits.acceleration_mps2 * dt_s * slack &&
              std::abs(now.yaw_rate_radps) <= limits.yaw_acceleration_radps2 * dt_s * slack;
     }
+    if (fine && limits.limits_jerk() && i > 0 && time_s - dt_s >= from_s - 1e-9) {
+      const Eigen::Vector3d after_mps = i + 1 < states.size() ? states[i + 1].velocity_mps : Eigen::Vector3d::Zero();
+      const Eigen::Vector3d twice_mps = after_mps - 2.0 * now.velocity_mps + states[i - 1].velocity_mps;
+      fine = size_of(twice_mps, limits.norm) <= limits.jerk_mps3 * dt_s * dt_s * slack;
+    }
     if (!fine) return {Verdict::kLimits, time_s, now.position_m};
   }
   return {};

@@ -44,6 +44,7 @@ class SafetyCheck {
   SafetyReport check_path(const FreeSpace& space, const std::vector<Eigen::Vector3d>& path_m) const;
   /// From `from_s` to the end, where the UAV stays. Space only.
   SafetyReport check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const;
+  /// By finite differences of the stored states; of jerk only what lies behind `from_s`.
   SafetyReport check_limits(const Trajectory& trajectory, const MotionLimits& limits, double from_s) const;
   /// Against the fellows' whole commanded motions, including both standing still at their ends for ever.
   SafetyReport check_fellows(const Trajectory& trajectory, const std::vector<const Trajectory*>& fellows,

@@ -82,7 +82,7 @@ std::vector<double> ceilings(const Curve& curve, const std::vector<Piece>& piece
 }  // namespace
 
 std::optional<std::vector<double>> squared_speeds(const Curve& curve, const MotionLimits& limits, double start_mps,
-                                                  const LimitShares& shares) {
+                                                  const LimitShares& shares, const std::vector<double>* share) {
   if (curve.size() < 3) return std::nullopt;
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
     if (curve.tangent[i].dot(curve.tangent[i + 1]) < kSharpCosine) return std::nullopt;
@@ -91,6 +91,9 @@ std::optional<std::vector<double>> squared_speeds(const Curve& curve, const Moti
   pieces.reserve(curve.size());
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) pieces.push_back(piece_of(curve, i));
   std::vector<double> u = ceilings(curve, pieces, limits, shares);
+  for (std::size_t i = 0; share != nullptr && i < u.size(); ++i) {
+    u[i] = std::max(u[i] * (*share)[i], kLeastSquaredSpeed);
+  }
   const double start = start_mps * start_mps;
   u.back() = 0.0;
   u.front() = std::max(u.front(), start);  // the speed is a fact; the bend behind it is judged just below

@@ -17,8 +17,10 @@ struct LimitShares {
 
 /// Quickest squared speeds along a curve from `start_mps` to rest (forward and backward passes over arc length);
 /// nullopt when the curve bends too soon to brake for it or has a cusp.
+/// @param share of the largest squared speed that each node allows; null: all of it
 std::optional<std::vector<double>> squared_speeds(const Curve& curve, const MotionLimits& limits, double start_mps,
-                                                  const LimitShares& shares = {});
+                                                  const LimitShares& shares = {},
+                                                  const std::vector<double>* share = nullptr);
 
 /// Shortens the curve to where braking as hard as the limits allow comes to rest; never faster than flown before.
 FlownCurve hardest_stop(const FlownCurve& flown, const MotionLimits& limits, const LimitShares& shares);

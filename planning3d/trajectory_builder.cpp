@@ -3,6 +3,7 @@
 #include "core/units.hpp"
 #include "planning3d/curve.hpp"
 #include "planning3d/elastic_band.hpp"
+#include "planning3d/jerk_limit.hpp"
 #include "planning3d/speed_profile.hpp"
 #include "planning3d/yaw_plan.hpp"
 
@@ -102,8 +103,17 @@ std::optional<Curve> free_curve(const FreeSpace& space, const SafetyCheck& check
                 [](RoundedPath& shape, const Eigen::Vector3d& at_m) { return shape.tighten_near(at_m); });
 }
 
+/// @param start at rest, or with the acceleration that it has been flown with
 std::optional<Ride> ride_along(const Curve& curve, const MotionLimits& limits, const MotionState& start) {
   const double start_mps = start.velocity_mps.norm();
+  if (limits.limits_jerk()) {
+    const double start_mps2 = start_mps > 0.0 ? start.acceleration_mps2.dot(start.velocity_mps) / start_mps : 0.0;
+    auto states = jerk_limited_states(curve, limits, start_mps, start_mps2, kCautious);
+    if (!states) return std::nullopt;
+    states->front().position_m = start.position_m;
+    states->front().velocity_mps = start.velocity_mps;
+    return Ride{std::move(*states)};
+  }
   auto speeds = squared_speeds(curve, limits, start_mps, kCautious);
   if (!speeds && start_mps > 0.0) speeds = squared_speeds(curve, limits, start_mps, kFirm);
   if (!speeds) return std::nullopt;
@@ -254,6 +264,33 @@ Ride braking_ride(const Trajectory& flying, double depart_s, const MotionLimits&
   return ride;
 }
 
+/// The present state; its acceleration is that of the last step, which the next one must not differ from by a jerk.
+MotionState state_flown(const Trajectory& flying, double time_s) {
+  MotionState state = flying.sample(time_s);
+  const Eigen::Vector3d before_mps = flying.sample(time_s - Trajectory::kStep_s).velocity_mps;
+  state.acceleration_mps2 = (state.velocity_mps - before_mps) / Trajectory::kStep_s;
+  return state;
+}
+
+/// Comes to rest on the curve being flown within the limit of jerk, early if that can be done, else as it was planned.
+Ride gentle_stop(const Trajectory& flying, double depart_s, const MotionLimits& limits) {
+  const MotionState start = state_flown(flying, depart_s);
+  const FlownCurve flown = flown_curve(flying, depart_s);
+  const double speed_mps = start.velocity_mps.norm();
+  const double braking_m =
+      speed_mps * (speed_mps / limits.acceleration_mps2 + limits.acceleration_mps2 / limits.jerk_mps3);
+  for (const double share : {1.0, 1.5, 2.5}) {
+    if (share * braking_m >= flown.curve.length_m() || speed_mps <= kSlow_mps) break;
+    if (auto ride = ride_along(cut(flown.curve, share * braking_m), limits, start)) return std::move(*ride);
+  }
+  Ride rest;
+  for (std::size_t i = 0;; ++i) {
+    const double time_s = depart_s + Trajectory::kStep_s * static_cast<double>(i);
+    rest.states.push_back(flying.sample(time_s));
+    if (time_s >= flying.end_time_s()) return rest;
+  }
+}
+
 }  // namespace
 
 std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const TrajectoryRequest& request) const {
@@ -267,7 +304,7 @@ std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const
 
 std::optional<Trajectory> TrajectoryBuilder::build_checked(const FreeSpace& space, const TrajectoryRequest& request,
                                                            const SafetyCheck& check, bool stops) const {
-  const MotionState start = request.previous->sample(request.depart_s);
+  const MotionState start = state_flown(*request.previous, request.depart_s);
   Path path_m = without_repeats(request.path_m);
   if (path_m.size() == 1) path_m.insert(path_m.begin(), start.position_m);
   path_m = without_repeats(path_m);
@@ -277,10 +314,15 @@ std::optional<Trajectory> TrajectoryBuilder::build_checked(const FreeSpace& spac
     const FlownCurve flown = flown_curve(*request.previous, request.depart_s);
     const FlownCurve stop = hardest_stop(flown, limits_, kBraking);
     if (stop.curve.size() > 1) {
-      rides = moving_rides(space, check, limits_, path_m, start, flown, stop.curve.length_m());
+      double stopping_m = stop.curve.length_m();
+      if (limits_.limits_jerk()) {
+        stopping_m += start.velocity_mps.norm() * limits_.acceleration_mps2 / limits_.jerk_mps3;
+      }
+      rides = moving_rides(space, check, limits_, path_m, start, flown, stopping_m);
     }
   }
-  const Ride braked = braking_ride(*request.previous, request.depart_s, limits_);
+  const Ride braked = limits_.limits_jerk() ? gentle_stop(*request.previous, request.depart_s, limits_)
+                                            : braking_ride(*request.previous, request.depart_s, limits_);
   const Eigen::Vector3d stopped_m = braked.states.back().position_m;
   auto after = rides_from_rest(space, check, limits_, path_m, stopped_m, stops);
   if (after.empty()) after = rides_from_rest(space, check, limits_, way_back(braked, path_m), stopped_m, stops);

@@ -17,8 +17,9 @@ struct TrajectoryRequest {
   bool look_along_path = false;  ///< depth cameras: face the direction of flight until near the goal (B5)
 };
 
-/// Cubic B-spline (C2) through the path's corridor (SPEC A5), joined to the motion under way, time-parameterised
-/// within the limits by forward and backward passes over arc length.
+/// Cubic B-spline (C2) through the path's corridor (SPEC A5), drawn to where it bends little (ElasticBand), joined to
+/// the motion under way, time-parameterised within the limits by forward and backward passes over arc length, and where
+/// the limits have one for jerk, by a running mean of those (jerk_limited_states).
 ///
 /// The join follows the old (already checked) curve for 0, 1/4, .. 1 of the stopping distance and then turns on to the
 /// new path; the quickest candidate that is safe wins, and the last one brakes to rest on the old curve, which is
@@ -30,7 +31,8 @@ class TrajectoryBuilder {
   /// nullopt when no candidate is safe (space and limits; fellows are checked by the caller).
   std::optional<Trajectory> build(const FreeSpace& space, const TrajectoryRequest& request) const;
 
-  /// Brakes on the curve being flown as hard as the limits allow; starts at `depart_s`.
+  /// Brakes on the curve being flown as hard as the limits allow, for emergencies: without regard to the limit of jerk.
+  /// Starts at `depart_s`.
   Trajectory brake(const Trajectory& flying, double depart_s) const;
   /// Turn on the spot from rest by `turn_rad` (may exceed a full turn: the radial scan) at no more than `rate_radps`.
   Trajectory rotate(double depart_s, const Eigen::Vector3d& position_m, double yaw_rad, double turn_rad,

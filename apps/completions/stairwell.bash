@@ -22,7 +22,7 @@ _stairwell() {
   case "${COMP_WORDS[1]}" in
     explore)
       options="--uavs --start --box --mode --planner --fallback --avoidance --coverage --layers --sensor --fov-deg --range --min-range
-        --rate-hz --rays --samples --noise --vmax --amax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
+        --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
         --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     plan)

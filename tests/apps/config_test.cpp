@@ -54,11 +54,13 @@ TEST_CASE("defaults follow mode and sensor") {
 TEST_CASE("later layers win: file, then --set, then options") {
   Settings settings = from_yaml("vmax_mps: 1.0\namax_mps2: 1.5\nseed: 3\n");
   add_assignment(settings, "amax_mps2=2.5");
+  add_assignment(settings, "jmax_mps3=12");
   add_assignment(settings, "seed=4");
   settings["seed"] = {"5", "--seed"};
   const RunConfig config = resolve(settings);
   CHECK(config.fleet.limits.speed_mps == 1.0);
   CHECK(config.fleet.limits.acceleration_mps2 == 2.5);
+  CHECK(config.fleet.limits.jerk_mps3 == 12.0);
   CHECK(config.fleet.seed == 5);
 }
 

@@ -164,6 +164,58 @@ TEST_CASE("goals that are closed off are named within the deadline", "[ompl]") {
   }
 }
 
+TEST_CASE("no motion is granted once the checks or the time are spent", "[ompl]") {
+  // Whatever question happens to be the last one allowed: a motion granted behind it would lead through the wall, and
+  // the answer would no longer be that the budget is spent.
+  TestWorld shut = two_rooms(false);
+  const FreeSpace space = shut.space();
+  OmplPlanner::Config config;
+  config.flood_voxels = 0;
+  for (const auto algorithm :
+       {OmplPlanner::Algorithm::kRrtConnect, OmplPlanner::Algorithm::kRrtStar, OmplPlanner::Algorithm::kInformedRrtStar,
+        OmplPlanner::Algorithm::kBitStar, OmplPlanner::Algorithm::kAbitStar, OmplPlanner::Algorithm::kPrmStar}) {
+    OmplPlanner planner(algorithm, config);
+    for (int budget = 1; budget <= 40; ++budget) {
+      CAPTURE(planner.name(), budget);
+      PlanRequest request = across();
+      request.max_checks = static_cast<std::size_t>(budget);
+      const PlanResult result = planner.plan(space, request);
+      CHECK(result.status == PlanStatus::kTimedOut);
+      CHECK(result.expansions == request.max_checks + 1);
+      CountedClock clock;
+      request.max_checks = 20'000;
+      request.clock_s = clock.function();
+      request.deadline_s = 1e-3 * budget;
+      CHECK(planner.plan(space, request).status == PlanStatus::kTimedOut);
+    }
+  }
+}
+
+TEST_CASE("what is found is found within the checks that were allowed", "[ompl]") {
+  TestWorld open = two_rooms(true);
+  const FreeSpace space = open.space();
+  const auto planner = make_planner("rrtconnect");  // the one that stops at the first path
+  int reached = 0;
+  int spent = 0;
+  for (std::size_t budget = 1; budget <= 400; ++budget) {
+    CAPTURE(budget);
+    PlanRequest request = across();
+    request.seed = budget % 7;
+    request.max_checks = budget;
+    const PlanResult result = planner->plan(space, request);
+    if (result.status == PlanStatus::kReached) {
+      ++reached;
+      CHECK(result.expansions <= budget);
+    } else {
+      ++spent;
+      CHECK(result.status == PlanStatus::kTimedOut);
+      CHECK(result.expansions == budget + 1);
+    }
+  }
+  CHECK(reached > 20);
+  CHECK(spent > 20);
+}
+
 TEST_CASE("an open door is found before the deadline and the path is cut no longer than it allows", "[ompl]") {
   TestWorld world = two_rooms(true);
   const FreeSpace space = world.space();
