@@ -110,6 +110,7 @@ std::vector<Eigen::Vector3d> RoundedPath::control_points() const {
     }
     append_unless_repeated(control_m, corners_m_[i + 1]);
   }
+  control_m.back() = corners_m_.back();  // to the last bit
   return control_m;
 }
 

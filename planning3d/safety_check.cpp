@@ -68,15 +68,23 @@ class Walker {
     gone_m_ += (at_m - from_m).norm();
     Verdict verdict = check_.check_position(space_, at_m, radius_m_);
     if (verdict == Verdict::kSafe) verdict = on_the_way(from_m, at_m, bow_m);
-    if (verdict == Verdict::kSafe && radius_m_ < whole_m_) {
-      const Verdict whole = check_.check_position(space_, at_m, whole_m_);
-      if (whole == Verdict::kSafe || gone_m_ > check_.config().escape_m) radius_m_ = whole_m_;
-      if (radius_m_ == whole_m_) verdict = whole;
-    }
+    if (verdict == Verdict::kSafe && radius_m_ < whole_m_) verdict = grow(at_m);
     return verdict;
   }
 
  private:
+  /// The sphere grows to the robot's size as soon as that fits, and so on to the whole one; far from the start it must.
+  Verdict grow(const Eigen::Vector3d& at_m) {
+    const Verdict whole = check_.check_position(space_, at_m, whole_m_);
+    if (whole == Verdict::kSafe || gone_m_ > check_.config().escape_m) {
+      radius_m_ = whole_m_;
+      return whole;
+    }
+    const double robot_m = space_.robot().radius_m;
+    if (radius_m_ < robot_m && check_.check_position(space_, at_m, robot_m) == Verdict::kSafe) radius_m_ = robot_m;
+    return Verdict::kSafe;
+  }
+
   void start(const Eigen::Vector3d& at_m) {
     first_ = false;
     last_m_ = at_m;

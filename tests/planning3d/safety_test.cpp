@@ -131,6 +131,18 @@ TEST_CASE("paths through what is not free are named", "[safety]") {
   CHECK(check.check_path(unknown, {{1, 1, 1}, {2, 2, 2}}).verdict == Verdict::kUnknown);
 }
 
+TEST_CASE("what lies between two checked places is met too", "[safety]") {
+  TestWorld world({6.0, 4.0, 3.0}, 0.1);
+  world.fill({{2.0, 2.0, 1.5}, {2.1, 2.1, 1.6}}, true);
+  const FreeSpace space = world.space();
+  SafetyCheck::Config coarse;
+  coarse.step_m = 0.6;  // at 1.75 and 2.25 m, on both sides of the block's corner region
+  const SafetyCheck check(coarse);
+  const std::vector<Eigen::Vector3d> path_m{{1.25, 2.25, 1.55}, {3.25, 2.25, 1.55}};
+  CHECK(check.check_path(space, path_m).verdict == Verdict::kOccupied);
+  CHECK(check.check_path(space, {{1.25, 2.3, 1.55}, {3.25, 2.3, 1.55}}).safe());  // touches
+}
+
 TEST_CASE("a UAV that the map has closed in on may leave, not push on", "[safety]") {
   TestWorld world({6.0, 4.0, 3.0}, 0.1);
   world.fill({{4.0, 0.0, 0.0}, {4.2, 4.0, 3.0}}, true);

@@ -32,7 +32,7 @@ double clearance_m(const mapping::OccupancyMap& map, const Eigen::Vector3d& from
         const auto gap = [&](double u) {
           return gap_m(from_m + u * (to_m - from_m), grid.center_of(v), 0.5 * grid.resolution_m());
         };
-        for (int i = 0; i < 45; ++i) {
+        for (int i = 0; i < 30; ++i) {
           const double third = (end - begin) / 3.0;
           (gap(begin + third) <= gap(end - third) ? end : begin) =
               gap(begin + third) <= gap(end - third) ? end - third : begin + third;
@@ -56,7 +56,7 @@ TEST_CASE("swept spheres agree with the distance to every voxel around", "[segme
     world.clutter(rng, 14, 1.0);
     const FreeSpace space = world.space();
     const FreeSpace without_words(world.map, world.field, world.robot, world.box);
-    for (int i = 0; i < 4000; ++i) {
+    for (int i = 0; i < 800; ++i) {
       const double radius_m = rng.uniform(0.05, 0.4);
       const Eigen::Vector3d from_m(rng.uniform(0.0, 4.0), rng.uniform(0.0, 4.0), rng.uniform(0.0, 3.0));
       const Eigen::Vector3d way_m(rng.normal(), rng.normal(), rng.normal());
@@ -75,9 +75,9 @@ TEST_CASE("swept spheres agree with the distance to every voxel around", "[segme
       }
     }
   }
-  CHECK(free > 500);
-  CHECK(hit > 500);
-  CHECK(between > 50);
+  CHECK(free > 100);
+  CHECK(hit > 100);
+  CHECK(between > 20);
 }
 
 TEST_CASE("free segments leave room for the whole robot, in voxels as wide as itself too", "[segment]") {

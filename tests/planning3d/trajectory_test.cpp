@@ -133,6 +133,22 @@ TEST_CASE("straight flights take hardly longer than bang-bang", "[trajectory]") 
   }
 }
 
+TEST_CASE("corners with room around them are hardly slower than no corners", "[trajectory]") {
+  TestWorld world({12.0, 12.0, 3.0}, 0.1);
+  world.fill({{4.0, 4.0, 0.0}, {8.0, 8.0, 3.0}}, true);
+  const FreeSpace space = world.space();
+  const MotionLimits limits;
+  const Eigen::Vector3d from_m(2.0, 1.0, 1.5);
+  const Trajectory still = Trajectory::hover(0.0, from_m, 0.0);
+  const std::vector<Eigen::Vector3d> path_m{from_m, {10.0, 2.0, 1.5}, {10.0, 10.0, 1.5}, {2.0, 11.0, 1.5}};
+  double length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < path_m.size(); ++i) length_m += (path_m[i + 1] - path_m[i]).norm();
+  const auto trajectory = TrajectoryBuilder(limits, SafetyCheck{}).build(space, {&still, 0.0, path_m, 0.0, true});
+  REQUIRE(trajectory);
+  CHECK(checkers::motion_space_problem(space, *trajectory, 2e-6) == "");
+  CHECK(trajectory->end_time_s() <= 1.05 * bang_bang_s(length_m, limits.speed_mps, limits.acceleration_mps2));
+}
+
 TEST_CASE("a replan along the same way hardly slows the flight", "[trajectory]") {
   TestWorld world({12.0, 4.0, 3.0}, 0.1);
   const FreeSpace space = world.space();
