@@ -4,7 +4,9 @@
 #include "planning3d/apf_planner.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/ompl_planner.hpp"
+#include "planning3d/slice_planner.hpp"
 #include "planning3d/theta_planner.hpp"
+#include "planning3d/volume_planner.hpp"
 
 #include <string>
 
@@ -34,7 +36,7 @@ const char* to_string(PlanStatus status) {
 }
 
 std::vector<std::string_view> planner_names() {
-  std::vector<std::string_view> names{"astar", "theta", "apf"};
+  std::vector<std::string_view> names{"astar", "theta", "apf", "slice", "volume"};
   for (const std::string_view name : OmplPlanner::names()) names.push_back(name);
   return names;
 }
@@ -47,6 +49,8 @@ std::unique_ptr<Planner> make_planner(std::string_view name) {
   }
   if (name == "theta") return std::make_unique<ThetaPlanner>();
   if (name == "apf") return std::make_unique<ApfPlanner>();
+  if (name == "slice") return std::make_unique<SlicePlanner>(make_planner("astar"));
+  if (name == "volume") return std::make_unique<VolumePlanner>(make_planner("astar"));
   if (auto planner = OmplPlanner::make(name)) return planner;
   std::string message("unknown planner '");
   message.append(name).append("'; known:");

@@ -28,7 +28,7 @@ struct PlanRequest {
   std::uint64_t seed = 1;
   std::size_t max_checks = 20'000;  ///< iteration budget: states, motions and rounds asked about
   /// Time budget beside the iteration budget: none while `clock_s` is empty. Answers then follow the processor.
-  std::function<double()> clock_s;  ///< monotonic seconds
+  std::function<double()> clock_s;                              ///< monotonic seconds
   double deadline_s = std::numeric_limits<double>::infinity();  ///< by `clock_s`
 };
 
@@ -48,7 +48,8 @@ class Planner {
 };
 
 /// `astar` (heuristic weight 1.5: cost on the lattice at most 1.5 times the least; AstarPlanner itself is exact by
-/// default) or `apf`. @throws InputError listing the known names.
+/// default), `theta`, `apf`, `slice` and `volume` (that A* within layers, and in 3D), or one of OMPL. @throws
+/// InputError listing the known names.
 std::unique_ptr<Planner> make_planner(std::string_view name);
 std::vector<std::string_view> planner_names();
 
