@@ -4,6 +4,7 @@
 #include "apps/plan_run.hpp"
 #include "apps/render.hpp"
 #include "core/errors.hpp"
+#include "planning3d/fallback_planner.hpp"
 
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <ostream>
 #include <sstream>
@@ -31,12 +33,13 @@ constexpr const char* kFooter =
     "  stairwell plan worlds/duplex.sdf --from 1,1,1 --to 7,4,4 --all --robot sphere:0.25 --out plans/duplex\n"
     "  stairwell plan --benchmark Complex.3dmap.3dscen --planner astar,astar-plain --json\n"
     "  stairwell plan --benchmark worlds/table_6_1.yaml --data data/thesis --planner astar,theta,apf\n"
+    "  stairwell plan --benchmark worlds/cross_storey.yaml --data DIR --planner volume,slice --fallback astar\n"
     "A map counts as known: what is solid is occupied, the rest of its box is free.\n"
     "Exit codes: 0 planned, 1 no planner found a path (or interrupted), 2 bad input, start or goal.";
 
 struct PlanWords {
-  std::string map, from, to, box, robot, planners = "astar", out, benchmark, data, resolution;
-  double margin_m = 0.0, clearance_weight = 1.0;
+  std::string map, from, to, box, robot, planners = "astar", fallback, out, benchmark, data, resolution;
+  double margin_m = 0.0, clearance_weight = 1.0, deadline_ms = std::numeric_limits<double>::infinity();
   std::size_t most_tasks = 0;
   KnownMapOptions map_options;
   bool all = false, slice = false, json = false, quiet = false;
@@ -47,7 +50,7 @@ std::vector<std::string> planners_of(const PlanWords& words, bool lattice) {
   std::vector<std::string> names;
   std::istringstream list(words.planners);
   for (std::string name; std::getline(list, name, ',');) {
-    require_known_planner(name, lattice);
+    require_known_planner(parse_planner_word(name).name, lattice);
     names.push_back(name);
   }
   if (names.empty()) throw InputError("--planner: no name given");
@@ -156,7 +159,8 @@ ordered_json report_of(const PlanTasks& tasks, const std::vector<PlannerRows>& p
   report["benchmark"] = tasks.name;
   ordered_json list = ordered_json::array();
   for (const PlannerRows& rows : planners) {
-    ordered_json one = single && !rows.rows.empty() ? row_of(tasks, rows.rows.front(), true) : summary_of(tasks, rows);
+    ordered_json one = single && !rows.rows.empty() ? row_of(tasks, rows.rows.front(), true)
+                                                    : summary_of(tasks, rows, planners.front());
     if (single) one = ordered_json{{"planner", rows.planner}, {"setup_ms", rows.setup_ms}, {"result", one}};
     if (single) {
       const ordered_json result = one.at("result");
@@ -178,6 +182,9 @@ void plan(const PlanWords& words, CommandContext& context) {
   const PlanTasks tasks = single ? single_task(words) : benchmark_tasks(words);
   PlanRunOptions options;
   options.planners = planners_of(words, tasks.lattice);
+  options.deadline_ms = words.deadline_ms;
+  options.fallback = words.fallback == "none" ? "" : words.fallback;
+  if (!options.fallback.empty()) planning3d::resolve_fallback(options.fallback, {});
   options.progress = progress_of(words);
   options.interrupted = [&context] { return context.interrupted != 0; };
   options.keep_paths = single || !words.out.empty();
@@ -211,6 +218,13 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
   command->add_option("--to", words->to, "Goal")->type_name("x,y,z");
   command->add_option("--box", words->box, "Where to plan (default: the map's box)")->type_name("x0,y0,z0,x1,y1,z1");
   command->add_option("--planner", words->planners, "Planner, or several with commas between")->capture_default_str();
+  command
+      ->add_option("--deadline-ms", words->deadline_ms,
+                   "For each plan, processor time; NAME@MS gives a planner its own")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--fallback", words->fallback, "Planner that is asked when one has no safe answer (default: none)")
+      ->type_name("NAME");
   command->add_flag("--all", words->all, "Every planner");
   command->add_option("--robot", words->robot, "sphere:R or box:LxWxH, metres (default: sphere:0.2)");
   command->add_option("--margin", words->margin_m, "Kept beyond the robot, metres")->check(CLI::Range(0.0, 100.0));

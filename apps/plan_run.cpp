@@ -1,8 +1,10 @@
 #include "apps/plan_run.hpp"
 
+#include "apps/option_values.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "planning3d/astar_planner.hpp"
+#include "planning3d/fallback_planner.hpp"
 #include "planning3d/grid_search.hpp"
 #include "planning3d/theta_planner.hpp"
 
@@ -95,11 +97,42 @@ PlanRequest request_of(const PlanTasks& tasks, const PlanTask& task) {
   return request;
 }
 
-PlanRow run_one(Planner& planner, const FreeSpace& space, const PlanRequest& request, PlanResult& result) {
+/// A planner of one map with what may answer in its place, and its deadline.
+struct Contestant {
+  std::unique_ptr<Planner> alone;
+  std::unique_ptr<planning3d::FallbackPlanner> with_fallback;
+  double deadline_ms;
+};
+
+Contestant contestant_for(const std::string& text, const PlanTasks& tasks, const PlanRunOptions& options,
+                          const FreeSpace& space) {
+  const PlannerWord word = parse_planner_word(text);
+  Contestant made{planner_for(word.name, tasks, space), {}, std::min(word.deadline_ms, options.deadline_ms)};
+  if (options.fallback.empty()) return made;
+  std::vector<std::unique_ptr<Planner>> fallbacks;
+  const auto name = planning3d::resolve_fallback(options.fallback, word.name);
+  if (!name.empty()) fallbacks.push_back(planner_for(std::string(name), tasks, space));
+  made.with_fallback = std::make_unique<planning3d::FallbackPlanner>(std::move(made.alone), std::move(fallbacks));
+  return made;
+}
+
+PlanRow run_one(Contestant& planner, const FreeSpace& space, PlanRequest request, PlanResult& result) {
   PlanRow row;
   const double wall_begin_ms = wall_ms();
   const double cpu_begin_ms = thread_ms();
-  result = planner.plan(space, request);
+  if (std::isfinite(planner.deadline_ms)) {
+    request.clock_s = [] { return 1e-3 * thread_ms(); };
+    request.deadline_s = 1e-3 * (cpu_begin_ms + planner.deadline_ms);
+    request.max_checks = std::numeric_limits<std::size_t>::max();
+  }
+  if (planner.with_fallback) {
+    planning3d::FallbackResult decided = planner.with_fallback->decide(space, request);
+    row.fell_back = decided.fell_back();
+    row.reason = decided.reason();
+    result = std::move(decided.plan);
+  } else {
+    result = planner.alone->plan(space, request);
+  }
   row.cpu_ms = thread_ms() - cpu_begin_ms;
   row.ms = wall_ms() - wall_begin_ms;
   row.status = result.status;
@@ -154,6 +187,16 @@ std::vector<std::string> known_planners(bool lattice) {
   return names;
 }
 
+PlannerWord parse_planner_word(const std::string& word) {
+  PlannerWord parsed{word};
+  const std::size_t at = word.find('@');
+  if (at == std::string::npos) return parsed;
+  parsed.name = word.substr(0, at);
+  parsed.deadline_ms = parse_number(word.substr(at + 1));
+  if (!(parsed.deadline_ms > 0.0)) throw InputError("planner '" + word + "': the deadline must be positive");
+  return parsed;
+}
+
 void require_known_planner(const std::string& name, bool lattice) {
   const std::vector<std::string> names = known_planners(lattice);
   if (std::ranges::find(names, name) != names.end()) return;
@@ -165,17 +208,17 @@ void require_known_planner(const std::string& name, bool lattice) {
 std::vector<PlannerRows> run_plan_tasks(const PlanTasks& tasks, const PlanRunOptions& options) {
   std::vector<PlannerRows> all;
   for (const std::string& name : options.planners) {
-    require_known_planner(name, tasks.lattice);
+    require_known_planner(parse_planner_word(name).name, tasks.lattice);
     all.push_back({name, 0.0, {}});
   }
   std::size_t done = 0;
   for (std::size_t m = 0; m < tasks.maps.size(); ++m) {
     const KnownMap map = load_known_map(tasks.maps[m], tasks.map_options);
     const FreeSpace space = map.space(tasks.robot);
-    std::vector<std::unique_ptr<Planner>> planners;
+    std::vector<Contestant> planners;
     for (PlannerRows& rows : all) {
       const double begin_ms = wall_ms();
-      planners.push_back(planner_for(rows.planner, tasks, space));
+      planners.push_back(contestant_for(rows.planner, tasks, options, space));
       rows.setup_ms += wall_ms() - begin_ms;
     }
     for (std::size_t t = 0; t < tasks.tasks.size(); ++t) {
@@ -185,7 +228,7 @@ std::vector<PlannerRows> run_plan_tasks(const PlanTasks& tasks, const PlanRunOpt
       for (std::size_t p = 0; p < planners.size(); ++p) {
         if (options.interrupted && options.interrupted()) return all;
         PlanResult result;
-        PlanRow row = run_one(*planners[p], space, request, result);
+        PlanRow row = run_one(planners[p], space, request, result);
         row.task = t;
         if (row.reached()) row.measures = measure_path(map, result.path_m);
         if (options.keep_paths) row.path_m = std::move(result.path_m);

@@ -30,13 +30,15 @@ struct PlanRow {
   double ms = 0.0;      ///< on the wall
   double cpu_ms = 0.0;  ///< of this thread
   std::size_t nodes = 0;
+  bool fell_back = false;  ///< the answer is the fallback's
+  std::string reason;      ///< why, as "slice: no path"; also when nobody had an answer
   std::vector<Eigen::Vector3d> path_m;
 
   bool reached() const { return status == planning3d::PlanStatus::kReached; }
 };
 
 struct PlannerRows {
-  std::string planner;
+  std::string planner;    ///< as given: NAME or NAME@MS
   double setup_ms = 0.0;  ///< once per map, before the first task; not in the rows' times
   std::vector<PlanRow> rows;
 };
@@ -46,7 +48,19 @@ struct PlanRunOptions {
   std::function<void(std::size_t done, std::size_t all)> progress;  ///< may be empty
   std::function<bool()> interrupted;                                ///< may be empty
   bool keep_paths = true;
+  /// For each plan, of this thread's processor time, which other programs do not shorten; OMPL's planners then have no
+  /// other limit. `NAME@MS` has its own. Infinite: none.
+  double deadline_ms = std::numeric_limits<double>::infinity();
+  std::string fallback;  ///< asked when a planner has no answer that passes the safety check; empty: nobody
 };
+
+/// `NAME` or `NAME@MS`.
+struct PlannerWord {
+  std::string name;
+  double deadline_ms = std::numeric_limits<double>::infinity();
+};
+/// @throws InputError for a deadline that is no positive number.
+PlannerWord parse_planner_word(const std::string& word);
 
 /// Names that `--planner` takes: planning3d's, and on .3dscen tasks `astar-plain`.
 std::vector<std::string> known_planners(bool lattice);
@@ -57,8 +71,9 @@ void require_known_planner(const std::string& name, bool lattice);
 /// `astar-plain` the textbook's. @throws InputError for a map that cannot be read or a task outside its map's box.
 std::vector<PlannerRows> run_plan_tasks(const PlanTasks& tasks, const PlanRunOptions& options);
 
-/// `tasks, reached, optimal_cost_matches, mean_length_over_optimum, median_ms, ...` of one planner.
-nlohmann::ordered_json summary_of(const PlanTasks& tasks, const PlannerRows& rows);
+/// `tasks, reached, statuses, fell_back, mean_length_over_optimum, median_ms, ...` of one planner.
+/// @param first  lengths are given over this one's too, for tasks that both answered without a fallback
+nlohmann::ordered_json summary_of(const PlanTasks& tasks, const PlannerRows& rows, const PlannerRows& first);
 nlohmann::ordered_json row_of(const PlanTasks& tasks, const PlanRow& row, bool with_path);
 
 /// A line per planner, and one per task and planner unless there are too many.

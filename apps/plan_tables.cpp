@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numeric>
 
 namespace stairwell::apps {
@@ -38,6 +39,37 @@ void add_times(ordered_json& values, const std::string& prefix, std::vector<doub
   values[prefix + "max_ms"] = number(percentile(times_ms, 1.0));
 }
 
+void add_statuses(ordered_json& values, const PlannerRows& rows) {
+  ordered_json statuses = ordered_json::object();
+  std::map<std::string, std::size_t> reasons;
+  std::size_t fell_back = 0;
+  for (const PlanRow& row : rows.rows) {
+    ordered_json& count = statuses[planning3d::to_string(row.status)];
+    count = count.is_null() ? 1 : count.get<std::size_t>() + 1;
+    fell_back += row.fell_back ? 1 : 0;
+    if (!row.reason.empty()) ++reasons[row.reason];
+  }
+  values["statuses"] = statuses;
+  values["fell_back"] = fell_back;
+  values["fallback_reasons"] = reasons;
+}
+
+/// On tasks that both answered themselves.
+void add_length_over(ordered_json& values, const PlannerRows& rows, const PlannerRows& first) {
+  std::vector<double> over;
+  for (std::size_t i = 0; i < std::min(rows.rows.size(), first.rows.size()); ++i) {
+    const PlanRow& row = rows.rows[i];
+    const PlanRow& other = first.rows[i];
+    if (!row.reached() || !other.reached() || row.fell_back || other.fell_back) continue;
+    if (other.measures.length_m > 0.0) over.push_back(row.measures.length_m / other.measures.length_m);
+  }
+  std::ranges::sort(over);
+  values["length_over"] = first.planner;
+  values["median_length_over"] = number(percentile(over, 0.5));
+  values["p95_length_over"] = number(percentile(over, 0.95));
+  values["max_length_over"] = number(percentile(over, 1.0));
+}
+
 std::string shown(const char* format, double value) {
   if (!std::isfinite(value)) return "-";
   char text[32];
@@ -62,7 +94,7 @@ double number_at(const ordered_json& values, const char* key) {
 
 }  // namespace
 
-ordered_json summary_of(const PlanTasks& tasks, const PlannerRows& rows) {
+ordered_json summary_of(const PlanTasks& tasks, const PlannerRows& rows, const PlannerRows& first) {
   std::vector<double> ms, cpu_ms, over, over_on_detours, clearance_m, turn_deg;
   std::size_t reached = 0, matches = 0, known = 0, nodes = 0;
   for (const PlanRow& row : rows.rows) {
@@ -81,6 +113,8 @@ ordered_json summary_of(const PlanTasks& tasks, const PlannerRows& rows) {
     if (task.detour >= kDetour) over_on_detours.push_back(over.back());
   }
   ordered_json values = {{"planner", rows.planner}, {"tasks", rows.rows.size()}, {"reached", reached}};
+  add_statuses(values, rows);
+  if (&rows != &first) add_length_over(values, rows, first);
   values["optimal_cost_matches"] = known > 0 ? ordered_json(matches) : ordered_json(nullptr);
   values["mean_length_over_optimum"] = number(mean(over));
   values["detour_tasks"] = over_on_detours.size();
@@ -107,7 +141,9 @@ ordered_json row_of(const PlanTasks& tasks, const PlanRow& row, bool with_path) 
                          {"turn_deg", number(row.measures.turn_deg)},
                          {"ms", row.ms},
                          {"cpu_ms", row.cpu_ms},
-                         {"nodes", row.nodes}};
+                         {"nodes", row.nodes},
+                         {"fell_back", row.fell_back}};
+  if (!row.reason.empty()) values["reason"] = row.reason;
   if (!with_path) return values;
   values["path_m"] = ordered_json::array();
   for (const Eigen::Vector3d& at_m : row.path_m) values["path_m"].push_back({at_m.x(), at_m.y(), at_m.z()});
@@ -138,8 +174,17 @@ std::string plan_table(const PlanTasks& tasks, const std::vector<PlannerRows>& p
   }
   if (count <= planners.size()) return text;
   for (const PlannerRows& rows : planners) {
-    const ordered_json sum = summary_of(tasks, rows);
+    const ordered_json sum = summary_of(tasks, rows, planners.front());
     text += rows.planner + ": " + sum.at("reached").dump() + " of " + sum.at("tasks").dump() + " reached";
+    for (const auto& [status, n] : sum.at("statuses").items()) {
+      if (status != "reached") text += ", " + n.dump() + " " + status;
+    }
+    for (const auto& [reason, n] : sum.at("fallback_reasons").items()) text += ", " + n.dump() + " x " + reason;
+    if (sum.contains("length_over")) {
+      text += ", length over " + sum.at("length_over").get<std::string>() + "'s: median " +
+              shown("%.3f", number_at(sum, "median_length_over")) + ", p95 " +
+              shown("%.3f", number_at(sum, "p95_length_over"));
+    }
     if (!sum.at("optimal_cost_matches").is_null()) {
       text += ", " + sum.at("optimal_cost_matches").dump() + " at the optimum, length over optimum " +
               shown("%.4f", number_at(sum, "mean_length_over_optimum"));
@@ -148,10 +193,11 @@ std::string plan_table(const PlanTasks& tasks, const std::vector<PlannerRows>& p
                 sum.at("detour_tasks").dump() + " tasks with a detour of 1.05 or more)";
       }
     }
-    text += "\n  ms: median " + shown("%.3f", number_at(sum, "median_ms")) + ", p95 " +
-            shown("%.3f", number_at(sum, "p95_ms")) + ", max " + shown("%.3f", number_at(sum, "max_ms")) + ", set-up " +
-            shown("%.0f", number_at(sum, "setup_ms")) + "; clearance m: mean " +
-            shown("%.3f", number_at(sum, "mean_clearance_m")) + ", least " +
+    text += "\n  ms: cpu median " + shown("%.3f", number_at(sum, "cpu_median_ms")) + ", max " +
+            shown("%.3f", number_at(sum, "cpu_max_ms")) + ", wall median " +
+            shown("%.3f", number_at(sum, "median_ms")) + ", p95 " + shown("%.3f", number_at(sum, "p95_ms")) + ", max " +
+            shown("%.3f", number_at(sum, "max_ms")) + ", set-up " + shown("%.0f", number_at(sum, "setup_ms")) +
+            "; clearance m: mean " + shown("%.3f", number_at(sum, "mean_clearance_m")) + ", least " +
             shown("%.3f", number_at(sum, "min_clearance_m")) + "; turn deg: mean " +
             shown("%.2f", number_at(sum, "mean_turn_deg")) + "\n";
   }

@@ -1,6 +1,7 @@
 #include "apps/plan_tasks.hpp"
 
 #include "apps/option_values.hpp"
+#include "apps/plan_pairs.hpp"
 #include "core/errors.hpp"
 
 #include <yaml-cpp/yaml.h>
@@ -18,6 +19,7 @@ namespace {
 /// Moving AI's agent is a point that may not touch: a sphere of any size up to half a cell makes the same moves between
 /// centres (those whose swept box is free), and this one is in sight along the lines that touch free cells only.
 constexpr double kPointRadius_m = 1e-3;
+constexpr std::size_t kMostPairs = 100'000;
 
 std::string content_of(const std::filesystem::path& file) {
   std::error_code error;
@@ -139,29 +141,8 @@ class KeyedNode {
   YAML::Node node_;
 };
 
-PlanTasks load_yaml(const std::filesystem::path& file, const std::filesystem::path& data_folder,
-                    const KnownMapOptions& options) {
-  YAML::Node root;
-  try {
-    root = YAML::Load(content_of(file));
-  } catch (const YAML::Exception& error) {
-    fail_at(file, static_cast<std::size_t>(error.mark.line + 1), "not valid YAML: " + error.msg);
-  }
-  const KeyedNode top(
-      file, root,
-      {"robot", "margin_m", "clearance_weight", "comfort_m", "resolution_m", "extrude_height_m", "mode", "tasks"});
-  PlanTasks tasks;
-  tasks.map_options = options;
-  tasks.map_options.resolution_m = top.number("resolution_m", options.resolution_m);
-  tasks.map_options.world.extrude_height_m = top.number("extrude_height_m", options.world.extrude_height_m);
-  tasks.robot = parse_robot(top.text("robot", "sphere:0.2"));
-  tasks.robot.margin_m = top.number("margin_m", 0.0);
-  tasks.clearance_weight = top.number("clearance_weight", 1.0);
-  tasks.comfort_m = top.number("comfort_m", tasks.comfort_m);
-  const std::string mode = top.text("mode", "volume");
-  if (mode != "slice" && mode != "volume") throw InputError(file.string() + ": mode must be slice or volume");
-  tasks.slice = mode == "slice";
-  const YAML::Node list = root["tasks"];
+void add_listed(PlanTasks& tasks, const std::filesystem::path& file, const std::filesystem::path& data_folder,
+                const YAML::Node& list) {
   if (!list || !list.IsSequence()) throw InputError(file.string() + ": 'tasks' must be a list");
   for (const YAML::Node& entry : list) {
     const KeyedNode row(file, entry, {"name", "map", "from", "to", "optimum_m"});
@@ -177,6 +158,60 @@ PlanTasks load_yaml(const std::filesystem::path& file, const std::filesystem::pa
     task.to_m = row.point("to");
     task.optimum_m = row.number("optimum_m", task.optimum_m);
     tasks.tasks.push_back(std::move(task));
+  }
+}
+
+/// Beside `count`, `seed` and `cross_storey`: the map.
+void add_pairs(PlanTasks& tasks, const std::filesystem::path& file, const std::filesystem::path& data_folder,
+               const YAML::Node& node) {
+  const KeyedNode row(file, node, {"map", "count", "seed", "cross_storey"});
+  PairRules rules;
+  const std::string map = row.text("map", "");
+  if (map.empty()) fail_at(file, KeyedNode::line(node), "'pairs' needs the key 'map'");
+  try {
+    rules.count = parse_count(row.text("count", "100"));
+    rules.seed = parse_count(row.text("seed", "1"));
+    rules.cross_storey = parse_switch(row.text("cross_storey", "no"));
+  } catch (const InputError& error) {
+    fail_at(file, KeyedNode::line(node), error.what());
+  }
+  if (rules.count > kMostPairs) fail_at(file, KeyedNode::line(node), "at most 100000 pairs");
+  tasks.maps.push_back(map_beside(file, data_folder, map));
+  try {
+    tasks.tasks = random_pairs(load_known_map(tasks.maps.front(), tasks.map_options), tasks.robot, rules);
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+}
+
+PlanTasks load_yaml(const std::filesystem::path& file, const std::filesystem::path& data_folder,
+                    const KnownMapOptions& options) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(content_of(file));
+  } catch (const YAML::Exception& error) {
+    fail_at(file, static_cast<std::size_t>(error.mark.line + 1), "not valid YAML: " + error.msg);
+  }
+  const KeyedNode top(file, root,
+                      {"robot", "margin_m", "clearance_weight", "comfort_m", "resolution_m", "extrude_height_m", "mode",
+                       "box", "tasks", "pairs"});
+  PlanTasks tasks;
+  tasks.map_options = options;
+  tasks.map_options.resolution_m = top.number("resolution_m", options.resolution_m);
+  tasks.map_options.world.extrude_height_m = top.number("extrude_height_m", options.world.extrude_height_m);
+  const std::string box = top.text("box", "");
+  if (!box.empty()) tasks.map_options.box = parse_box(file.string() + ": box", box);
+  tasks.robot = parse_robot(top.text("robot", "sphere:0.2"));
+  tasks.robot.margin_m = top.number("margin_m", 0.0);
+  tasks.clearance_weight = top.number("clearance_weight", 1.0);
+  tasks.comfort_m = top.number("comfort_m", tasks.comfort_m);
+  const std::string mode = top.text("mode", "volume");
+  if (mode != "slice" && mode != "volume") throw InputError(file.string() + ": mode must be slice or volume");
+  tasks.slice = mode == "slice";
+  if (root["pairs"]) {
+    add_pairs(tasks, file, data_folder, root["pairs"]);
+  } else {
+    add_listed(tasks, file, data_folder, root["tasks"]);
   }
   return tasks;
 }

@@ -1,4 +1,4 @@
-/// What `stairwell plan --benchmark` reads: Moving AI voxel scenarios (.3dscen) and YAML lists of tasks.
+/// What `stairwell plan --benchmark` reads: Moving AI voxel scenarios (.3dscen), YAML lists of tasks and random pairs.
 #pragma once
 
 #include "apps/known_map.hpp"
@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -23,6 +24,13 @@ struct PlanTask {
   double detour = std::numeric_limits<double>::quiet_NaN();     ///< optimum over the length were nothing in the way
 };
 
+/// Random tasks: key `pairs` of a YAML benchmark.
+struct PairRules {
+  std::size_t count = 0;
+  std::uint64_t seed = 1;
+  bool cross_storey = false;  ///< start and goal on different storeys
+};
+
 struct PlanTasks {
   std::string name;
   std::filesystem::path file;  ///< empty for tasks from elsewhere
@@ -37,6 +45,7 @@ struct PlanTasks {
 };
 
 /// .3dscen, .yaml or .yml. Maps are looked for beside the file, or in `data_folder` unless that is empty.
+/// For random pairs the map is loaded.
 /// @throws InputError naming file and line.
 PlanTasks load_plan_tasks(const std::filesystem::path& file, const std::filesystem::path& data_folder,
                           const KnownMapOptions& options);
