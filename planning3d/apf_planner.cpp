@@ -44,67 +44,158 @@ std::vector<Eigen::Vector3d> directions(bool slice) {
   return all;
 }
 
+/// Leaves out what lies between two points of a path that are a step apart: only where the descent went back.
+std::vector<Eigen::Vector3d> without_loops(const std::vector<Eigen::Vector3d>& path_m, const SegmentCheck& check,
+                                           double step_m, bool level_only) {
+  std::vector<Eigen::Vector3d> kept;
+  for (std::size_t i = 0; i < path_m.size(); ++i) {
+    kept.push_back(path_m[i]);
+    for (std::size_t j = path_m.size() - 1; j > i + 1; --j) {
+      if ((path_m[j] - path_m[i]).norm() > step_m || (level_only && path_m[j].z() != path_m[i].z())) continue;
+      if (!check.segment_free(path_m[i], path_m[j])) continue;
+      i = j - 1;
+      break;
+    }
+  }
+  return kept;
+}
+
 }  // namespace
 
-double ApfPlanner::potential(const FreeSpace& space, const PlanRequest& request, const Eigen::Vector3d& at_m) const {
-  const auto gauss = [this](double d) {
-    if (d >= config_.influence_m) return 0.0;
-    const double scale = config_.repulsion / (config_.sigma_m * std::sqrt(2.0 * kPi));
-    return scale * std::exp(-0.5 * (d / config_.sigma_m) * (d / config_.sigma_m));
-  };
-  double u = config_.attraction * (at_m - request.goal_m).norm();
-  u += gauss(std::max(0.0, obstacle_distance_m(space, at_m) - space.robot().clearance_m()));
-  for (const KeepOut& sphere : request.keep_out) {
+struct ApfPlanner::Descent {
+  const FreeSpace& space;
+  const PlanRequest& request;
+  const SegmentCheck& check;
+  const PlanEnds& ends;
+  bool slice;
+  std::vector<Eigen::Vector3d> directions;
+  std::vector<Eigen::Vector3d> path_m;
+  double here = 0.0;  ///< potential at its end
+
+  VoxelIndex voxel() const { return space.grid().index_of(path_m.back()); }
+};
+
+double ApfPlanner::gauss(double distance_m) const {
+  if (distance_m >= config_.influence_m) return 0.0;
+  const double scale = config_.repulsion / (config_.sigma_m * std::sqrt(2.0 * kPi));
+  return scale * std::exp(-0.5 * (distance_m / config_.sigma_m) * (distance_m / config_.sigma_m));
+}
+
+/// U_rep, of obstacles and keep-out spheres.
+double ApfPlanner::hill(const Descent& descent, const Eigen::Vector3d& at_m) const {
+  const double wall_m = obstacle_distance_m(descent.space, at_m) - descent.space.robot().clearance_m();
+  double u = gauss(std::max(0.0, wall_m));
+  for (const KeepOut& sphere : descent.request.keep_out) {
     u += gauss(std::max(0.0, (at_m - sphere.center_m).norm() - sphere.radius_m));
   }
   return u;
 }
 
+double ApfPlanner::potential(const Descent& descent, const Eigen::Vector3d& at_m) const {
+  const bool cone = config_.attraction == Attraction::kCone;
+  double u = cone ? config_.per_metre * (at_m - descent.ends.goal_m).norm() : geodesic_.value(at_m);
+  u += hill(descent, at_m);
+  for (const mapping::PotentialBump& pot : pots_) {
+    const double over_sigma = (at_m - pot.center_m).norm() / pot.sigma_m;
+    if (over_sigma * pot.sigma_m >= pot.reach_m) continue;
+    u += pot.gain / (pot.sigma_m * std::sqrt(2.0 * kPi)) * std::exp(-0.5 * over_sigma * over_sigma);
+  }
+  return u;
+}
+
+/// To the lowest place a step away. @return whether there is one lower than here
+bool ApfPlanner::step(Descent& descent) const {
+  const Eigen::Vector3d at_m = descent.path_m.back();
+  double least = descent.here - 1e-6;  // only ever downhill: no cycles
+  Eigen::Vector3d best_m = at_m;
+  const auto consider = [&](const Eigen::Vector3d& direction) {
+    const Eigen::Vector3d to_m = at_m + config_.step_m * direction;
+    const double there = potential(descent, to_m);
+    if (!(there < least) || !descent.check.segment_free(at_m, to_m)) return;
+    least = there;
+    best_m = to_m;
+  };
+  Eigen::Vector3d towards_m = descent.ends.goal_m - at_m;
+  if (descent.slice) towards_m.z() = 0.0;
+  if (towards_m.norm() > 1e-9) consider(towards_m.normalized());
+  for (const Eigen::Vector3d& direction : descent.directions) consider(direction);
+  if (best_m == at_m) return false;
+  descent.here = least;
+  descent.path_m.push_back(best_m);
+  return true;
+}
+
+/// From voxel to voxel until lower than here. @return whether it came so far, or to the goal's voxel
+bool ApfPlanner::follow_voxels(Descent& descent) const {
+  const GridSpec& grid = descent.space.grid();
+  const Eigen::Vector3d from_m = descent.path_m.back();
+  std::optional<VoxelIndex> v = descent.voxel();
+  if (!descent.check.segment_free(from_m, grid.center_of(*v))) return false;
+  for (; v; v = geodesic_.next(*v)) {
+    const Eigen::Vector3d at_m = grid.center_of(*v);
+    if (at_m != from_m) descent.path_m.push_back(at_m);
+    const double there = potential(descent, at_m);
+    if (*v != descent.ends.goal && (there >= descent.here - 1e-6 || (descent.slice && !geodesic_.level(v->z))))
+      continue;
+    descent.here = there;
+    return *v == descent.ends.goal || at_m != from_m;
+  }
+  return false;
+}
+
+/// Fills the minimum that the descent is caught in. @return whether there was a pot left
+bool ApfPlanner::lay_pot(Descent& descent) {
+  if (pots_.size() >= config_.most_pots) return false;
+  pots_.push_back({descent.path_m.back(), config_.pot_gain, config_.pot_sigma_m, 4.0 * config_.pot_sigma_m});
+  descent.here = potential(descent, descent.path_m.back());
+  return true;
+}
+
+PlanStatus ApfPlanner::descend(Descent& descent, std::size_t& steps) {
+  const PlanRequest& request = descent.request;
+  const bool geodesic = config_.attraction == Attraction::kGeodesic;
+  for (; steps < request.max_expansions; ++steps) {
+    if (request.clock_s && request.clock_s() >= request.deadline_s) return PlanStatus::kTimedOut;
+    const VoxelIndex v = descent.voxel();
+    const Eigen::Vector3d to_goal_m = descent.ends.goal_m - descent.path_m.back();
+    const bool near = to_goal_m.norm() <= config_.step_m || (geodesic && v == descent.ends.goal);
+    const bool level = !descent.slice || v.z == descent.ends.goal.z;
+    if (near && level && descent.check.segment_free(descent.path_m.back(), descent.ends.goal_m)) {
+      descent.path_m.push_back(descent.ends.goal_m);
+      return PlanStatus::kReached;
+    }
+    const bool free = !geodesic || !descent.slice || geodesic_.level(v.z);  // else straight up or down to a layer
+    if (free && step(descent)) continue;
+    if (geodesic && follow_voxels(descent)) continue;
+    if (!lay_pot(descent)) return PlanStatus::kLocalMinimum;
+  }
+  return PlanStatus::kTimedOut;
+}
+
 PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
+  pots_.clear();
   const SegmentCheck check(space, request.keep_out, request.start_m);
   PlanEnds ends;
   result.status = find_ends(space, request, check, ends);
   if (result.status != PlanStatus::kReached) return result;
   const bool slice = request.rule.kind == MotionRule::Kind::kSlice;
-  PlanRequest aimed = request;
-  aimed.goal_m = ends.goal_m;
-  std::vector<Eigen::Vector3d> path_m{request.start_m};
-  if (ends.start_m != request.start_m) path_m.push_back(ends.start_m);
-  const std::vector<Eigen::Vector3d> fixed = directions(slice);
-  double here = potential(space, aimed, path_m.back());
-  result.status = PlanStatus::kLocalMinimum;
-  for (; result.expansions < request.max_expansions; ++result.expansions) {
-    const Eigen::Vector3d at_m = path_m.back();
-    Eigen::Vector3d towards_m = aimed.goal_m - at_m;
-    const bool level = !slice || ends.start.z == ends.goal.z;
-    if (level && towards_m.norm() <= config_.step_m && check.segment_free(at_m, aimed.goal_m)) {
-      path_m.push_back(aimed.goal_m);
-      result.status = PlanStatus::kReached;
-      break;
-    }
-    if (slice) towards_m.z() = 0.0;
-    double least = here - 1e-6;  // only ever downhill: no cycles
-    Eigen::Vector3d best_m = at_m;
-    const auto consider = [&](const Eigen::Vector3d& direction) {
-      const Eigen::Vector3d to_m = at_m + config_.step_m * direction;
-      const double there = potential(space, aimed, to_m);
-      if (there >= least || !check.segment_free(at_m, to_m)) return;
-      least = there;
-      best_m = to_m;
-    };
-    if (towards_m.norm() > 1e-9) consider(towards_m.normalized());
-    for (const Eigen::Vector3d& direction : fixed) consider(direction);
-    if (best_m == at_m) break;
-    here = least;
-    path_m.push_back(best_m);
+  Descent descent{space, request, check, ends, slice, directions(slice), {request.start_m}};
+  if (ends.start_m != request.start_m) descent.path_m.push_back(ends.start_m);
+  if (config_.attraction == Attraction::kGeodesic) {
+    const auto rise = [&](const VoxelIndex& v) { return hill(descent, space.grid().center_of(v)); };
+    result.status = geodesic_.compute(space, request, check, {ends.goal, ends.start, config_.per_metre, rise});
+    result.expansions = geodesic_.expansions();
+    if (result.status != PlanStatus::kReached) return result;
   }
-  if (result.status != PlanStatus::kReached) {
-    if (result.expansions >= request.max_expansions) result.status = PlanStatus::kTimedOut;
-    return result;
-  }
-  result.length_m = path_length_m(path_m);
-  result.path_m = std::move(path_m);
+  descent.here = potential(descent, descent.path_m.back());
+  std::size_t steps = 0;
+  result.status = descend(descent, steps);
+  result.expansions += steps;
+  if (result.status != PlanStatus::kReached) return result;
+  result.path_m =
+      pots_.empty() ? std::move(descent.path_m) : without_loops(descent.path_m, check, 2.0 * config_.step_m, slice);
+  result.length_m = path_length_m(result.path_m);
   return result;
 }
 

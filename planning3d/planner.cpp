@@ -15,6 +15,7 @@ namespace stairwell::planning3d {
 namespace {
 // Saves about two thirds of the time; string pulling takes back nearly all of the detours (see the planner tests).
 constexpr double kHeuristicWeight = 1.5;
+constexpr std::size_t kMostPots = 300;  // of the experience layer, for one path
 }  // namespace
 
 const char* to_string(PlanStatus status) {
@@ -41,14 +42,19 @@ std::vector<std::string_view> planner_names() {
   return names;
 }
 
-std::unique_ptr<Planner> make_planner(std::string_view name) {
+std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOptions& options) {
   if (name == "astar") {
     AstarPlanner::Config config;
     config.heuristic_weight = kHeuristicWeight;
     return std::make_unique<AstarPlanner>(config);
   }
   if (name == "theta") return std::make_unique<ThetaPlanner>();
-  if (name == "apf") return std::make_unique<ApfPlanner>();
+  if (name == "apf") {
+    ApfPlanner::Config config;
+    config.attraction = options.attraction;
+    if (options.experience) config.most_pots = kMostPots;
+    return std::make_unique<ApfPlanner>(config);
+  }
   if (name == "slice") return std::make_unique<SlicePlanner>(make_planner("astar"));
   if (name == "volume") return std::make_unique<VolumePlanner>(make_planner("astar"));
   if (auto planner = OmplPlanner::make(name)) return planner;

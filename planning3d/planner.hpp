@@ -47,10 +47,19 @@ class Planner {
   virtual PlanResult plan(const FreeSpace& space, const PlanRequest& request) = 0;
 };
 
+/// What draws the potential field planner to the goal: the distance as the crow flies, or round the obstacles.
+enum class Attraction { kCone, kGeodesic };
+
+/// Of the potential field planner; the others take no notice.
+struct PlannerOptions {
+  Attraction attraction = Attraction::kCone;
+  bool experience = false;  ///< fill local minima
+};
+
 /// `astar` (heuristic weight 1.5: cost on the lattice at most 1.5 times the least; AstarPlanner itself is exact by
 /// default), `theta`, `apf`, `slice` and `volume` (that A* within layers, and in 3D), or one of OMPL. @throws
 /// InputError listing the known names.
-std::unique_ptr<Planner> make_planner(std::string_view name);
+std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOptions& options = {});
 std::vector<std::string_view> planner_names();
 
 }  // namespace stairwell::planning3d

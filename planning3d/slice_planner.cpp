@@ -1,5 +1,6 @@
 #include "planning3d/slice_planner.hpp"
 
+#include "planning3d/plan_ends.hpp"
 #include "planning3d/shorten_path.hpp"
 
 #include <cmath>
@@ -7,14 +8,6 @@
 namespace stairwell::planning3d {
 
 namespace {
-
-constexpr double kSnap_m = 0.3;
-
-/// Start or goal as asked where the robot fits, else the centre of the voxel that stands for it.
-Eigen::Vector3d end_in(const FreeSpace& space, const SegmentCheck& check, const Eigen::Vector3d& wanted_m,
-                       const VoxelIndex& v) {
-  return space.grid().index_of(wanted_m) == v && check.fits(wanted_m) ? wanted_m : space.grid().center_of(v);
-}
 
 void append(std::vector<Eigen::Vector3d>& path_m, const Eigen::Vector3d& point_m) {
   if (path_m.empty() || (path_m.back() - point_m).norm() > 1e-9) path_m.push_back(point_m);
@@ -33,20 +26,16 @@ MotionRule SlicePlanner::rule_for(const FreeSpace& space, const PlanRequest& req
 
 PlanResult SlicePlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
-  VoxelIndex start;
-  VoxelIndex goal;
-  result.status = PlanStatus::kStartBlocked;
-  if (!space.nearest_traversable(request.start_m, kSnap_m, start)) return result;
   const SegmentCheck check(space, request.keep_out, request.start_m);
-  result.status = PlanStatus::kGoalBlocked;
-  if (!space.nearest_traversable(request.goal_m, kSnap_m, goal) || !check.voxel_free(goal)) return result;
+  PlanEnds ends;
+  result.status = find_ends(space, request, check, ends);
+  if (result.status != PlanStatus::kReached) return result;
   PlanRequest aimed = request;
-  aimed.goal_m = end_in(space, check, request.goal_m, goal);
-  if (!check.outside_keep_out(aimed.goal_m)) return result;
+  aimed.goal_m = ends.goal_m;
   PlanRequest levelled = request;  // where an end was led in, its layer is that of the voxel
-  levelled.start_m = space.grid().center_of(start);
-  levelled.goal_m = space.grid().center_of(goal);
-  const LayerGraph graph(space, check, rule_for(space, levelled), start, goal);
+  levelled.start_m = ends.start_m;
+  levelled.goal_m = ends.goal_m;
+  const LayerGraph graph(space, check, rule_for(space, levelled), ends.start, ends.goal);
   const LayerGraph::Route route = graph.route(request);
   result.expansions = route.expansions;
   result.status = route.status;
