@@ -38,11 +38,12 @@ constexpr const char* kFooter =
     "Exit codes: 0 planned, 1 no planner found a path (or interrupted), 2 bad input, start or goal.";
 
 struct PlanWords {
-  std::string map, from, to, box, robot, planners = "astar", fallback, out, benchmark, data, resolution;
+  std::string map, from, to, box, robot, planners = "astar", attraction = "cone", fallback, out, benchmark, data,
+                                         resolution;
   double margin_m = 0.0, clearance_weight = 1.0, deadline_ms = std::numeric_limits<double>::infinity();
   std::size_t most_tasks = 0;
   KnownMapOptions map_options;
-  bool all = false, slice = false, json = false, quiet = false;
+  bool all = false, slice = false, experience = false, json = false, quiet = false;
 };
 
 std::vector<std::string> planners_of(const PlanWords& words, bool lattice) {
@@ -185,6 +186,8 @@ void plan(const PlanWords& words, CommandContext& context) {
   options.deadline_ms = words.deadline_ms;
   options.fallback = words.fallback == "none" ? "" : words.fallback;
   if (!options.fallback.empty()) planning3d::resolve_fallback(options.fallback, {});
+  options.potential_field.experience = words.experience;
+  if (words.attraction == "geodesic") options.potential_field.attraction = planning3d::Attraction::kGeodesic;
   options.progress = progress_of(words);
   options.interrupted = [&context] { return context.interrupted != 0; };
   options.keep_paths = single || !words.out.empty();
@@ -225,6 +228,10 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--fallback", words->fallback, "Planner that is asked when one has no safe answer (default: none)")
       ->type_name("NAME");
+  command->add_option("--attraction", words->attraction, "Of apf to the goal: as the crow flies, or round obstacles")
+      ->check(CLI::IsMember({"cone", "geodesic"}))
+      ->capture_default_str();
+  command->add_flag("--experience", words->experience, "apf fills the local minima that it is caught in");
   command->add_flag("--all", words->all, "Every planner");
   command->add_option("--robot", words->robot, "sphere:R or box:LxWxH, metres (default: sphere:0.2)");
   command->add_option("--margin", words->margin_m, "Kept beyond the robot, metres")->check(CLI::Range(0.0, 100.0));

@@ -76,7 +76,8 @@ class LatticePlanner final : public Planner {
   std::optional<planning3d::PlainGridAstar> plain_;
 };
 
-std::unique_ptr<Planner> planner_for(const std::string& name, const PlanTasks& tasks, const FreeSpace& space) {
+std::unique_ptr<Planner> planner_for(const std::string& name, const PlanTasks& tasks, const PlanRunOptions& options,
+                                     const FreeSpace& space) {
   if (tasks.lattice && (name == "astar" || name == kPlain))
     return std::make_unique<LatticePlanner>(space, name == kPlain);
   if (std::isfinite(tasks.comfort_m) && name == "astar") {
@@ -85,7 +86,7 @@ std::unique_ptr<Planner> planner_for(const std::string& name, const PlanTasks& t
   if (std::isfinite(tasks.comfort_m) && name == "theta") {
     return std::make_unique<planning3d::ThetaPlanner>(planning3d::ThetaPlanner::Config{1.0, tasks.comfort_m, true});
   }
-  return planning3d::make_planner(name);
+  return planning3d::make_planner(name, options.potential_field);
 }
 
 PlanRequest request_of(const PlanTasks& tasks, const PlanTask& task) {
@@ -107,11 +108,11 @@ struct Contestant {
 Contestant contestant_for(const std::string& text, const PlanTasks& tasks, const PlanRunOptions& options,
                           const FreeSpace& space) {
   const PlannerWord word = parse_planner_word(text);
-  Contestant made{planner_for(word.name, tasks, space), {}, std::min(word.deadline_ms, options.deadline_ms)};
+  Contestant made{planner_for(word.name, tasks, options, space), {}, std::min(word.deadline_ms, options.deadline_ms)};
   if (options.fallback.empty()) return made;
   std::vector<std::unique_ptr<Planner>> fallbacks;
   const auto name = planning3d::resolve_fallback(options.fallback, word.name);
-  if (!name.empty()) fallbacks.push_back(planner_for(std::string(name), tasks, space));
+  if (!name.empty()) fallbacks.push_back(planner_for(std::string(name), tasks, options, space));
   made.with_fallback = std::make_unique<planning3d::FallbackPlanner>(std::move(made.alone), std::move(fallbacks));
   return made;
 }

@@ -123,7 +123,7 @@ const std::vector<Entry>& task_entries() {
              choice<explore::Mode>(t, {{"slice", explore::Mode::kSlice}, {"volume", explore::Mode::kVolume}});
        }},
       {{"planner", "--planner", "NAME",
-        "astar, theta, apf, rrtconnect, rrtstar, informed_rrtstar, bitstar, abitstar or prmstar"},
+        "astar, theta, apf, slice, volume, rrtconnect, rrtstar, informed_rrtstar, bitstar, abitstar or prmstar"},
        "astar",
        [](RunConfig& c, const std::string& t) { c.fleet.planner = known_name(t, planning3d::planner_names()); }},
       {{"fallback", "--fallback", "NAME", "planner when that one has no answer: a name, none, or auto (astar)"},
@@ -140,6 +140,16 @@ const std::vector<Entry>& task_entries() {
          using explore::Avoidance;
          c.fleet.avoidance = choice<Avoidance>(t, {{"priority", Avoidance::kPriority}, {"orca", Avoidance::kOrca}});
        }},
+      {{"attraction", "--attraction", "cone|geodesic", "of apf to the goal: as the crow flies, or round obstacles"},
+       "cone",
+       [](RunConfig& c, const std::string& t) {
+         using planning3d::Attraction;
+         c.fleet.potential_field.attraction =
+             choice<Attraction>(t, {{"cone", Attraction::kCone}, {"geodesic", Attraction::kGeodesic}});
+       }},
+      {{"experience", "--experience", "on|off", "apf fills local minima"},
+       "off",
+       [](RunConfig& c, const std::string& t) { c.fleet.potential_field.experience = parse_switch(t); }},
       {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},

@@ -6,6 +6,7 @@
 #include "core/trajectory.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "perception/cloud_pipeline.hpp"
+#include "planning3d/planner.hpp"
 
 #include <cstdint>
 #include <string>
@@ -36,6 +37,7 @@ struct FleetConfig {
   std::string planner = "astar";
   std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
   Avoidance avoidance = Avoidance::kPriority;
+  planning3d::PlannerOptions potential_field;  ///< of the planner `apf`
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;

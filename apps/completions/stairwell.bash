@@ -4,12 +4,13 @@ _stairwell() {
   COMPREPLY=()
   case "$previous" in
     --mode) COMPREPLY=($(compgen -W "slice volume" -- "$current")); return ;;
-    --planner) COMPREPLY=($(compgen -W "astar theta apf rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
-    --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --planner) COMPREPLY=($(compgen -W "astar theta apf slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --attraction) COMPREPLY=($(compgen -W "cone geodesic" -- "$current")); return ;;
     --coverage) COMPREPLY=($(compgen -W "layers frontiers" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
-    --charge-planning | --noise) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
+    --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
     --view) COMPREPLY=($(compgen -W "iso top slice:" -- "$current")); return ;;
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
@@ -21,12 +22,13 @@ _stairwell() {
   local options=""
   case "${COMP_WORDS[1]}" in
     explore)
-      options="--uavs --start --box --mode --planner --fallback --avoidance --coverage --layers --sensor --fov-deg --range --min-range
+      options="--uavs --start --box --mode --planner --fallback --avoidance --coverage --layers --sensor --fov-deg --range --min-range --attraction --experience
         --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
         --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     plan)
-      options="--from --to --box --planner --all --robot --margin --clearance-weight --slice --benchmark --data --tasks
+      options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all
+        --robot --margin --clearance-weight --slice --benchmark --data --tasks
         --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
     world)
       if [[ $COMP_CWORD -eq 2 ]]; then
