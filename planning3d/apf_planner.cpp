@@ -1,6 +1,7 @@
 #include "planning3d/apf_planner.hpp"
 
 #include "core/units.hpp"
+#include "planning3d/connectivity.hpp"
 #include "planning3d/plan_ends.hpp"
 #include "planning3d/shorten_path.hpp"
 
@@ -155,7 +156,7 @@ PlanStatus ApfPlanner::descend(Descent& descent, std::size_t& steps) {
   const PlanRequest& request = descent.request;
   const bool geodesic = config_.attraction == Attraction::kGeodesic;
   for (; steps < request.max_expansions; ++steps) {
-    if (request.clock_s && request.clock_s() >= request.deadline_s) return PlanStatus::kTimedOut;
+    if (request.late()) return PlanStatus::kTimedOut;
     const VoxelIndex v = descent.voxel();
     const Eigen::Vector3d to_goal_m = descent.ends.goal_m - descent.path_m.back();
     const bool near = to_goal_m.norm() <= config_.step_m || (geodesic && v == descent.ends.goal);
@@ -174,6 +175,7 @@ PlanStatus ApfPlanner::descend(Descent& descent, std::size_t& steps) {
 
 PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
+  const GivingUp giving_up(space, request);
   pots_.clear();
   const SegmentCheck check(space, request.keep_out, request.start_m);
   PlanEnds ends;
@@ -186,11 +188,12 @@ PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) 
     const auto rise = [&](const VoxelIndex& v) { return hill(descent, space.grid().center_of(v)); };
     result.status = geodesic_.compute(space, request, check, {ends.goal, ends.start, config_.per_metre, rise});
     result.expansions = geodesic_.expansions();
+    result.status = giving_up.status(result.status, ends.start, ends.goal);
     if (result.status != PlanStatus::kReached) return result;
   }
   descent.here = potential(descent, descent.path_m.back());
   std::size_t steps = 0;
-  result.status = descend(descent, steps);
+  result.status = giving_up.status(descend(descent, steps), ends.start, ends.goal);
   result.expansions += steps;
   if (result.status != PlanStatus::kReached) return result;
   result.path_m =

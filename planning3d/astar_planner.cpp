@@ -1,5 +1,6 @@
 #include "planning3d/astar_planner.hpp"
 
+#include "planning3d/connectivity.hpp"
 #include "planning3d/cost_tables.hpp"
 #include "planning3d/grid_moves.hpp"
 #include "planning3d/shorten_path.hpp"
@@ -13,6 +14,7 @@ namespace stairwell::planning3d {
 
 namespace {
 
+constexpr std::size_t kClockEvery = 1024;  // expansions between two looks at the clock
 constexpr std::uint8_t kNoMove = kGridMoves.size();
 
 }  // namespace
@@ -66,7 +68,8 @@ PlanStatus AstarPlanner::search(Search& search) {
     if (node.closed || best.g > node.g) continue;
     node.closed = true;
     if (best.cell == last) return PlanStatus::kReached;
-    if (search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
+    const bool late = search.expansions % kClockEvery == 0 && search.request.late();
+    if (late || search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
     const VoxelIndex v = grid.voxel(best.cell);
     const bool level = level_[static_cast<std::size_t>(v.z)] != 0;
     const float near = nearness_[squared[best.cell]];
@@ -164,13 +167,14 @@ std::vector<Eigen::Vector3d> AstarPlanner::pull(const Search& search, const std:
 PlanResult AstarPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
   lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();
+  const GivingUp giving_up(space, request);
   const SegmentCheck check(space, request.keep_out, request.start_m);
   PlanEnds ends;
   result.status = find_ends(space, request, check, ends);
   if (result.status != PlanStatus::kReached) return result;
   prepare(space, request);
   Search search{space, request, check, ends, request.rule.kind == MotionRule::Kind::kSlice};
-  result.status = this->search(search);
+  result.status = giving_up.status(this->search(search), ends.start, ends.goal);
   result.expansions = search.expansions;
   nodes_.count(search.expansions);
   if (result.status != PlanStatus::kReached) return result;

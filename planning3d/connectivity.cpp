@@ -71,10 +71,17 @@ std::uint32_t Connectivity::part(const VoxelIndex& v) const {
   return run == end || run->lo > v.x ? kNone : root(static_cast<std::uint32_t>(run - runs_.begin()));
 }
 
-bool provably_apart(const FreeSpace& space, const VoxelIndex& a, const VoxelIndex& b,
-                    const std::function<bool()>& stop) {
-  const auto parts = Connectivity::find(space, Connectivity::Neighbours::kAll, stop);
-  return parts && !parts->connected(a, b);
+GivingUp::GivingUp(const FreeSpace& space, const PlanRequest& request) : space_(space), request_(request) {
+  if (!request.clock_s) return;
+  constexpr double kMoreTime = 0.1;
+  until_s_ = request.deadline_s + kMoreTime * std::max(0.0, request.deadline_s - request.clock_s());
+}
+
+PlanStatus GivingUp::status(PlanStatus ended, const VoxelIndex& start, const VoxelIndex& goal) const {
+  if (ended != PlanStatus::kTimedOut && ended != PlanStatus::kLocalMinimum) return ended;
+  const auto late = [this] { return request_.clock_s && request_.clock_s() >= until_s_; };
+  const auto parts = Connectivity::find(space_, Connectivity::Neighbours::kAll, late);
+  return parts && !parts->connected(start, goal) ? PlanStatus::kNoPath : ended;
 }
 
 }  // namespace stairwell::planning3d

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "planning3d/free_space.hpp"
+#include "planning3d/planner.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -43,8 +44,20 @@ class Connectivity {
   std::vector<std::uint32_t> row_begin_;  ///< first run of each row, and the end of the last
 };
 
-/// Certain, not a guess: no path leads from one voxel to the other. False also when `stop` ended the work.
-bool provably_apart(const FreeSpace& space, const VoxelIndex& a, const VoxelIndex& b,
-                    const std::function<bool()>& stop = {});
+/// For planners that end without an answer and without a proof: whether there could have been a path at all.
+class GivingUp {
+ public:
+  /// Made when planning begins. Holds references.
+  GivingUp(const FreeSpace& space, const PlanRequest& request);
+
+  /// kNoPath for kTimedOut and kLocalMinimum where start and goal are not connected, which is certain; else as it was.
+  /// Looks no longer than a tenth of the time that the request gave.
+  PlanStatus status(PlanStatus ended, const VoxelIndex& start, const VoxelIndex& goal) const;
+
+ private:
+  const FreeSpace& space_;
+  const PlanRequest& request_;
+  double until_s_ = 0.0;
+};
 
 }  // namespace stairwell::planning3d

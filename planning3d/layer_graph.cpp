@@ -107,7 +107,7 @@ LayerGraph::Route LayerGraph::route(const PlanRequest& limits) const {
       found.legs = trace(search, last);
       return found;
     }
-    const bool late = found.expansions % kClockEvery == 0 && limits.clock_s && limits.clock_s() >= limits.deadline_s;
+    const bool late = found.expansions % kClockEvery == 0 && limits.late();
     if (late || found.expansions++ >= limits.max_expansions) {
       found.status = PlanStatus::kTimedOut;
       return found;

@@ -47,7 +47,7 @@ PlanStatus NavigationFunction::compute(const FreeSpace& space, const PlanRequest
     Node& node = nodes_[best.cell];
     if (node.closed || best.g > node.cost) continue;
     if (best.g > limit) break;
-    const bool late = expansions_ % kClockEvery == 0 && request.clock_s && request.clock_s() >= request.deadline_s;
+    const bool late = expansions_ % kClockEvery == 0 && request.late();
     timed_out = late || expansions_++ >= request.max_expansions;
     node.closed = true;
     if (source.until && space.grid().voxel(best.cell) == *source.until) {

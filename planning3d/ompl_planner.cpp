@@ -1,6 +1,7 @@
 #include "planning3d/ompl_planner.hpp"
 
 #include "core/rng.hpp"
+#include "planning3d/connectivity.hpp"
 #include "planning3d/lazy_array.hpp"
 #include "planning3d/plan_ends.hpp"
 #include "planning3d/segment_check.hpp"
@@ -403,6 +404,7 @@ std::string_view OmplPlanner::name() const {
 
 PlanResult OmplPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
+  const GivingUp giving_up(space, request);
   Problem problem{space,
                   SegmentCheck(space, request.keep_out, request.start_m),
                   space.flight_box().intersection(space.grid().box()),
@@ -422,6 +424,10 @@ PlanResult OmplPlanner::plan(const FreeSpace& space, const PlanRequest& request)
     result.expansions = problem.budget.used();
     if (way_m.empty()) {
       if (problem.budget.spent()) result.status = PlanStatus::kTimedOut;
+      const GridSpec& grid = space.grid();
+      if (config_.flood_voxels > 0) {
+        result.status = giving_up.status(result.status, grid.index_of(problem.root_m), grid.index_of(problem.target_m));
+      }
       return result;
     }
     Rng rng = make_rng(request.seed, "ompl.shorten");

@@ -14,8 +14,9 @@ namespace stairwell::planning3d {
 /// between is planned in that layer's plane. Where there is none the answer is kNoPath: layers are not changed on the
 /// way, that is left to the searches on the grid.
 ///
-/// Statuses: kNoPath only where it is certain (start or goal lies in a small closed pocket); otherwise a goal that
-/// was not found is kTimedOut, when `max_checks` or `deadline_s` has been used up.
+/// Statuses: kNoPath only where it is certain (start or goal lies in a small closed pocket, which is looked for first,
+/// or they are apart, which is found out when `max_checks` or `deadline_s` has been used up: see GivingUp); otherwise a
+/// goal that was not found is kTimedOut.
 ///
 /// Repeatable: the same request on the same map gives the same path while only `max_checks` limits it and no other
 /// thread uses OMPL's random numbers at the time. Not with a deadline that is met. Neither starts a thread. OMPL's
@@ -25,7 +26,7 @@ class OmplPlanner final : public Planner {
   enum class Algorithm { kRrtConnect, kRrtStar, kInformedRrtStar, kBitStar, kAbitStar, kPrmStar };
   struct Config {
     bool shorten = true;
-    std::size_t flood_voxels = 40'000;  ///< pockets up to this size are recognised as closed
+    std::size_t flood_voxels = 40'000;  ///< closed pockets up to this size are seen at once; 0: nothing is proved
   };
   explicit OmplPlanner(Algorithm algorithm) : algorithm_(algorithm) {}
   OmplPlanner(Algorithm algorithm, const Config& config) : algorithm_(algorithm), config_(config) {}

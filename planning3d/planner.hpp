@@ -30,6 +30,8 @@ struct PlanRequest {
   /// Time budget beside the iteration budget: none while `clock_s` is empty. Answers then follow the processor.
   std::function<double()> clock_s;                              ///< monotonic seconds
   double deadline_s = std::numeric_limits<double>::infinity();  ///< by `clock_s`
+
+  bool late() const { return clock_s && clock_s() >= deadline_s; }
 };
 
 struct PlanResult {

@@ -1,5 +1,6 @@
 #include "planning3d/slice_planner.hpp"
 
+#include "planning3d/connectivity.hpp"
 #include "planning3d/plan_ends.hpp"
 #include "planning3d/shorten_path.hpp"
 
@@ -26,6 +27,7 @@ MotionRule SlicePlanner::rule_for(const FreeSpace& space, const PlanRequest& req
 
 PlanResult SlicePlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
+  const GivingUp giving_up(space, request);
   const SegmentCheck check(space, request.keep_out, request.start_m);
   PlanEnds ends;
   result.status = find_ends(space, request, check, ends);
@@ -38,8 +40,8 @@ PlanResult SlicePlanner::plan(const FreeSpace& space, const PlanRequest& request
   const LayerGraph graph(space, check, rule_for(space, levelled), ends.start, ends.goal);
   const LayerGraph::Route route = graph.route(request);
   result.expansions = route.expansions;
-  result.status = route.status;
-  if (route.status != PlanStatus::kReached) return result;
+  result.status = giving_up.status(route.status, ends.start, ends.goal);
+  if (result.status != PlanStatus::kReached) return result;
   append(result.path_m, request.start_m);
   result.status = plan_layers(space, aimed, route, result);
   if (result.status != PlanStatus::kReached) {

@@ -1,5 +1,6 @@
 #include "planning3d/theta_planner.hpp"
 
+#include "planning3d/connectivity.hpp"
 #include "planning3d/cost_tables.hpp"
 #include "planning3d/grid_moves.hpp"
 #include "planning3d/shorten_path.hpp"
@@ -12,6 +13,7 @@ namespace stairwell::planning3d {
 
 namespace {
 
+constexpr std::size_t kClockEvery = 256;  // expansions between two looks at the clock
 constexpr int kPullRounds = 16;
 constexpr double kFinestStep = 0.2;  ///< of a voxel, by which corners are moved
 
@@ -150,7 +152,8 @@ PlanStatus ThetaPlanner::search(Search& search) {
     }
     nodes_[best.cell].closed = true;
     if (best.cell == last) return PlanStatus::kReached;
-    if (search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
+    const bool late = search.expansions % kClockEvery == 0 && search.request.late();
+    if (late || search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
     expand(search, best.cell, v);
   }
   return PlanStatus::kNoPath;
@@ -214,6 +217,7 @@ void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path
   for (int round = 0; round < kPullRounds; ++round) {
     bool changed = drop_corners(search, path_m);
     for (std::size_t corner = 1; corner + 1 < path_m.size(); ++corner) {
+      if (search.request.late()) return;
       changed = move_corner(search, path_m, corner, step_m) || changed;
     }
     if (changed) continue;
@@ -225,6 +229,7 @@ void ThetaPlanner::pull(const Search& search, std::vector<Eigen::Vector3d>& path
 
 PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
+  const GivingUp giving_up(space, request);
   const SegmentCheck check(space, request.keep_out, request.start_m);
   PlanEnds ends;
   result.status = find_ends(space, request, check, ends);
@@ -239,7 +244,7 @@ PlanResult ThetaPlanner::plan(const FreeSpace& space, const PlanRequest& request
                 useful_heights(level_, ends.start.z, ends.goal.z),
                 static_cast<float>(std::max(1.0, config_.heuristic_weight)),
                 request.clearance_weight > 0.0};
-  result.status = this->search(search);
+  result.status = giving_up.status(this->search(search), ends.start, ends.goal);
   result.expansions = search.expansions;
   nodes_.count(search.expansions);
   if (result.status != PlanStatus::kReached) return result;

@@ -207,6 +207,109 @@ TEST_CASE("one plan: measured, drawn; its ends are checked by name") {
   require_refused({"plan", (folder / "no.bt").string(), "--from", "1,1,1", "--to", "1,0,1"}, "no.bt");
 }
 
+TEST_CASE("every planner: a closed goal is no path, ends that cannot be are refused") {
+  const auto folder = fresh_folder("plan_every_planner");
+  const std::string room = testing::write_room(folder).string();
+  const std::string box = "-3,-3,-1,6,3,4";
+  const Outcome closed =
+      run({"plan", room, "--from", "5,1,1", "--to", "1,1,1", "--box", box, "--all", "--deadline-ms", "150", "--json"});
+  CHECK(closed.code == 1);
+  const auto report = closed.json();
+  REQUIRE(report.at("planners").size() == known_planners(false).size());
+  for (const auto& planner : report.at("planners")) {
+    INFO(planner.dump());
+    CHECK(planner.at("status") == "no path");
+    CHECK(planner.at("cpu_ms").get<double>() < 1.1 * 150.0 + 5.0);
+  }
+  for (const std::string& name : known_planners(false)) {
+    const auto refused = [&](const char* from, const char* to, const char* text) {
+      require_refused({"plan", room, "--from", from, "--to", to, "--planner", name}, text);
+    };
+    refused("0,0,1", "1,1,1", "--from 0,0,1: inside a wall");
+    refused("1,1,1", "0,0,1", "--to 0,0,1: inside a wall");
+    refused("1,1,nan", "1,1,1", "--from 1,1,nan");
+    refused("1,1,1", "9,1,1", "--to 9,1,1: outside the map's box");
+  }
+}
+
+TEST_CASE("options of the planners: attraction, experience, deadlines, fallback") {
+  const auto folder = fresh_folder("plan_options");
+  const std::string room = testing::write_room(folder).string();
+  const auto plan = [&](const std::string& planners, const std::vector<std::string>& more) {
+    std::vector<std::string> words{"plan",   room,     "--from",    "-1,-1,1", "--to",
+                                   "1,-1,1", "--json", "--planner", planners};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  CHECK(run(plan("apf", {})).json().at("status") == "local minimum");
+  CHECK(run(plan("apf", {"--attraction", "geodesic"})).json().at("status") == "reached");
+  CHECK(run(plan("apf", {"--experience"})).json().at("status") == "reached");
+  const auto helped = run(plan("apf,slice", {"--fallback", "auto"})).json().at("planners");
+  CHECK(helped.at(0).at("status") == "reached");
+  CHECK(helped.at(0).at("fell_back") == true);
+  CHECK(helped.at(0).at("reason") == "apf: local minimum");
+  CHECK(helped.at(1).at("fell_back") == false);
+  CHECK(run(plan("astar@0.0001", {})).json().at("status") == "timed out");
+  CHECK(run(plan("astar", {"--deadline-ms", "0.0001"})).json().at("status") == "timed out");
+  CHECK(run(plan("bitstar@200", {"--deadline-ms", "5000"})).json().at("planner") == "bitstar@200");
+  require_refused(plan("astar@soon", {}), "soon");
+  require_refused(plan("astar@0", {}), "astar@0");
+  require_refused(plan("magic@5", {}), "magic");
+  require_refused(plan("astar", {"--deadline-ms", "-1"}), "--deadline-ms");
+  require_refused(plan("apf", {"--attraction", "sideways"}), "--attraction");
+  require_refused(plan("apf", {"--fallback", "magic"}), "magic");
+}
+
+TEST_CASE("random pairs of places on different storeys") {
+  const auto folder = fresh_folder("plan_pairs");
+  int vertices = 0;  // two storeys of 2 m and a slab with an opening
+  std::string house = testing::obj_box({-0.2, -0.2, -0.2}, {4.2, 3.2, 0.0}, vertices);
+  house += testing::obj_box({-0.2, -0.2, 4.3}, {4.2, 3.2, 4.5}, vertices);
+  house += testing::obj_box({-0.2, -0.2, 0.0}, {0.0, 3.2, 4.3}, vertices);
+  house += testing::obj_box({4.0, -0.2, 0.0}, {4.2, 3.2, 4.3}, vertices);
+  house += testing::obj_box({0.0, -0.2, 0.0}, {4.0, 0.0, 4.3}, vertices);
+  house += testing::obj_box({0.0, 3.0, 0.0}, {4.0, 3.2, 4.3}, vertices);
+  house += testing::obj_box({0.0, 0.0, 2.0}, {3.0, 3.0, 2.3}, vertices);
+  write_text(folder / "house.obj", house);
+  testing::write_room(folder);
+  const auto file_of = [&](const std::string& pairs) {
+    return write_text(folder / "pairs.yaml", "robot: sphere:0.2\nclearance_weight: 0\npairs: " + pairs + "\n");
+  };
+  const auto tasks_of = [&](const std::string& pairs) { return load_plan_tasks(file_of(pairs), {}, {}).tasks; };
+  const auto tasks = tasks_of("{map: house.obj, count: 25, seed: 4, cross_storey: true}");
+  REQUIRE(tasks.size() == 25);
+  for (const PlanTask& task : tasks) {
+    CHECK(std::min(task.from_m.z(), task.to_m.z()) < 2.3);
+    CHECK(std::max(task.from_m.z(), task.to_m.z()) > 2.3);
+  }
+  const auto again = tasks_of("{map: house.obj, count: 25, seed: 4, cross_storey: true}");
+  const auto other = tasks_of("{map: house.obj, count: 25, seed: 5, cross_storey: true}");
+  CHECK((again[7].from_m == tasks[7].from_m && again[24].to_m == tasks[24].to_m));
+  CHECK(other[7].from_m != tasks[7].from_m);
+  const Outcome outcome =
+      run({"plan", "--benchmark", file_of("{map: house.obj, count: 25, cross_storey: yes}").string(), "--planner",
+           "volume,slice,apf", "--fallback", "astar", "--json"});
+  REQUIRE(outcome.code == 0);
+  const auto planners = outcome.json().at("planners");
+  for (const auto& planner : planners) CHECK(planner.at("reached") == 25);
+  CHECK(planners.at(0).at("fell_back") == 0);
+  CHECK(planners.at(1).at("fell_back") == 0);
+  CHECK(planners.at(1).at("length_over") == "volume");
+  CHECK(planners.at(1).at("median_length_over") > 1.0);
+  CHECK(planners.at(1).at("median_length_over") < 1.5);
+  CHECK(planners.at(2).at("fell_back") > 0);
+  CHECK(planners.at(2).at("fallback_reasons").contains("apf: local minimum"));
+  const auto refuse = [&](const std::string& pairs, const std::string& text) {
+    require_refused({"plan", "--benchmark", file_of(pairs).string()}, text);
+  };
+  refuse("{map: room.obj, count: 5, cross_storey: true}", "fewer than two storeys");
+  refuse("{map: house.obj, count: 0}", "no task");
+  refuse("{map: house.obj, count: many}", "many");
+  refuse("{map: house.obj, count: 1000000}", "at most");
+  refuse("{count: 5}", "'map'");
+  refuse("{map: house.obj, colour: 5}", "colour");
+}
+
 TEST_CASE("known maps: solids of voxel files are kept exactly, meshes are filled") {
   const auto folder = fresh_folder("known_maps");
   const KnownMap cells = load_known_map(write_cells(folder), {});
