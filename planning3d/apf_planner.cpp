@@ -83,9 +83,8 @@ double ApfPlanner::gauss(double distance_m) const {
 }
 
 /// U_rep, of obstacles and keep-out spheres.
-double ApfPlanner::hill(const Descent& descent, const Eigen::Vector3d& at_m) const {
-  const double wall_m = obstacle_distance_m(descent.space, at_m) - descent.space.robot().clearance_m();
-  double u = gauss(std::max(0.0, wall_m));
+double ApfPlanner::hill(const Descent& descent, const Eigen::Vector3d& at_m, double obstacle_m) const {
+  double u = gauss(std::max(0.0, obstacle_m - descent.space.robot().clearance_m()));
   for (const KeepOut& sphere : descent.request.keep_out) {
     u += gauss(std::max(0.0, (at_m - sphere.center_m).norm() - sphere.radius_m));
   }
@@ -95,7 +94,7 @@ double ApfPlanner::hill(const Descent& descent, const Eigen::Vector3d& at_m) con
 double ApfPlanner::potential(const Descent& descent, const Eigen::Vector3d& at_m) const {
   const bool cone = config_.attraction == Attraction::kCone;
   double u = cone ? config_.per_metre * (at_m - descent.ends.goal_m).norm() : geodesic_.value(at_m);
-  u += hill(descent, at_m);
+  u += hill(descent, at_m, obstacle_distance_m(descent.space, at_m));
   for (const mapping::PotentialBump& pot : pots_) {
     const double over_sigma = (at_m - pot.center_m).norm() / pot.sigma_m;
     if (over_sigma * pot.sigma_m >= pot.reach_m) continue;
@@ -185,7 +184,9 @@ PlanResult ApfPlanner::plan(const FreeSpace& space, const PlanRequest& request) 
   Descent descent{space, request, check, ends, slice, directions(slice), {request.start_m}};
   if (ends.start_m != request.start_m) descent.path_m.push_back(ends.start_m);
   if (config_.attraction == Attraction::kGeodesic) {
-    const auto rise = [&](const VoxelIndex& v) { return hill(descent, space.grid().center_of(v)); };
+    const auto rise = [&](const VoxelIndex& v) {
+      return hill(descent, space.grid().center_of(v), space.blocked_distance().distance_m(v));
+    };
     result.status = geodesic_.compute(space, request, check, {ends.goal, ends.start, config_.per_metre, rise});
     result.expansions = geodesic_.expansions();
     result.status = giving_up.status(result.status, ends.start, ends.goal);

@@ -41,7 +41,7 @@ class ApfPlanner final : public Planner {
  private:
   struct Descent;
   double gauss(double distance_m) const;
-  double hill(const Descent& descent, const Eigen::Vector3d& at_m) const;
+  double hill(const Descent& descent, const Eigen::Vector3d& at_m, double obstacle_m) const;
   double potential(const Descent& descent, const Eigen::Vector3d& at_m) const;
   bool step(Descent& descent) const;
   bool follow_voxels(Descent& descent) const;

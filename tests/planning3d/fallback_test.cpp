@@ -182,8 +182,8 @@ TEST_CASE("a closed goal ends in hovering with the primary's status", "[fallback
   FallbackPlanner planner(make_planner("apf"), std::move(fallbacks));
   const FallbackResult result = planner.decide(space, scene.request);
   CHECK(result.hover());
-  CHECK(result.plan.status == PlanStatus::kLocalMinimum);
-  CHECK(result.reason() == "apf: local minimum, bitstar: no path");
+  CHECK(result.plan.status == PlanStatus::kNoPath);
+  CHECK(result.reason() == "apf: no path, bitstar: no path");
 }
 
 TEST_CASE("fallbacks are chosen by name", "[fallback]") {
