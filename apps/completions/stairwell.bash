@@ -22,12 +22,10 @@ _stairwell() {
   local options=""
   case "${COMP_WORDS[1]}" in
     explore)
-      options="--uavs --start --box --mode --planner --fallback --avoidance --coverage --layers --sensor --fov-deg --range --min-range --attraction --experience
-        --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg --yaw-acc-deg --motion --robot-radius
-        --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
       options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --layers
-        --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --yaw-rate-deg
-        --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning --extrude-height --point-size
+        --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
+        --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning
+        --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     plan)
       options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all
