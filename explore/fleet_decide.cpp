@@ -24,6 +24,8 @@ constexpr double kRetry_s = 0.5;        // after "nothing for you" or a fellow i
 constexpr int kGiveUpWaiting = 12;      // plans in a row before a goal blocked by fellows is given up
 constexpr double kSettled_s = 1.0;      // nobody has anything to do for this long: the end
 constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
+constexpr double kLeastFlight_s = 0.5;  // towards a goal before another is asked for ...
+constexpr double kBraking_s = 1.2;      // ... unless the motion ends so soon that it slows down
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
 constexpr double kRescan_m = 0.5;         // no second radial scan within this distance of the last one
@@ -147,8 +149,11 @@ bool Fleet::Impl::wants_goal(const Uav& uav) {
   if (now_s() < uav.next_decision_s) return false;
   if (uav.phase == Phase::kFindGoal) return true;
   if (uav.phase != Phase::kTravel || !uav.goal) return false;
-  const bool far_to_go = uav.commanded().end_time_s() - now_s() > kNearlyThere_s;
-  if (far_to_go && now_s() - uav.goal_given_s >= config.replan_period_s) return true;
+  const double left_s = uav.commanded().end_time_s() - now_s();
+  const double flown_s = now_s() - uav.goal_given_s;
+  if (flown_s < kLeastFlight_s && left_s > kBraking_s) return false;
+  const bool far_to_go = left_s > kNearlyThere_s;
+  if (far_to_go && flown_s >= config.replan_period_s) return true;
   return !strategy->still_useful(space(), *uav.goal);
 }
 

@@ -123,8 +123,9 @@ std::optional<Trajectory> Pilot::shape(const FreeSpace& space, const Uav& uav,
   request.previous = &uav.commanded();
   request.depart_s = depart_s;
   request.path_m = path_m;
-  request.goal_yaw_rad = yaw_rad;
-  request.look_along_path = !uav.sensor->model().panoramic();
+  const bool panoramic = uav.sensor->model().panoramic();  // sees the same whatever its yaw
+  request.goal_yaw_rad = panoramic ? uav.commanded().sample(depart_s).yaw_rad : yaw_rad;
+  request.look_along_path = !panoramic;
   return builder_.build(space, request);
 }
 
