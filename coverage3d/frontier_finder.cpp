@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -190,6 +192,7 @@ void FrontierFinder::store(std::vector<VoxelIndex> cells) {
   cluster.center_m /= static_cast<double>(cells.size());
   cluster.area_m2 = static_cast<double>(cells.size()) * grid_.resolution_m() * grid_.resolution_m();
   cluster.cells = std::move(cells);
+  stored_.push_back(cluster.id);
   clusters_.emplace(cluster.id, std::move(cluster));
 }
 
@@ -223,6 +226,7 @@ void FrontierFinder::update(const mapping::OccupancyMap& map) {
   changed_.clear();
   switched_on_.clear();
   touched_.clear();
+  stored_.clear();
   map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
   revision_ = map.revision();
   for (const mapping::VoxelBox& block : changed_) examine(map, block);
@@ -244,6 +248,41 @@ void FrontierFinder::update(const mapping::OccupancyMap& map) {
     const VoxelIndex seed = loose[i];
     if (label_.get(offset(seed)) == kLoose) store_split(grow(seed, loose));
   }
+  for (const std::uint32_t id : stored_) {
+    const auto found = clusters_.find(id);
+    if (found != clusters_.end()) found->second.pocket_m3 = pocket_behind_m3(map, found->second);
+  }
+}
+
+double FrontierFinder::pocket_behind_m3(const mapping::OccupancyMap& map, const FrontierCluster& cluster) const {
+  // Lumps: a hole of one voxel between the rays does not connect what lies before a wall with what lies in it.
+  constexpr int kLump = 2;
+  const auto lump_of = [](const VoxelIndex& v) { return VoxelIndex{v.x / kLump, v.y / kLump, v.z / kLump}; };
+  const auto unknown = [&](const VoxelIndex& lump) {
+    for (int i = 0; i < kLump * kLump * kLump; ++i) {
+      const VoxelIndex v = VoxelIndex{kLump * lump.x, kLump * lump.y, kLump * lump.z} +
+                           VoxelIndex{i % kLump, i / kLump % kLump, i / (kLump * kLump)};
+      if (!inside(v) || map.at(v) != Occupancy::kUnknown) return false;
+    }
+    return true;
+  };
+  const double lump_m3 = kLump * kLump * kLump * grid_.voxel_volume_m3();
+  const auto most = static_cast<std::size_t>(std::ceil(config_.deep_m3 / lump_m3));
+  std::set<std::array<int, 3>> seen;
+  std::vector<VoxelIndex> open;
+  const auto visit = [&](const VoxelIndex& lump) {
+    if (open.size() < most && seen.insert({lump.x, lump.y, lump.z}).second && unknown(lump)) open.push_back(lump);
+  };
+  constexpr std::array<VoxelIndex, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+  for (const VoxelIndex& v : cluster.cells) {
+    for (const VoxelIndex& face : kFaces)
+      visit(lump_of(v + VoxelIndex{kLump * face.x, kLump * face.y, kLump * face.z}));
+  }
+  for (std::size_t i = 0; i < open.size() && open.size() < most; ++i) {
+    const VoxelIndex at = open[i];
+    for (const VoxelIndex& face : kFaces) visit(at + face);
+  }
+  return static_cast<double>(open.size()) * lump_m3;
 }
 
 }  // namespace stairwell::coverage3d

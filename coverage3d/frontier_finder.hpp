@@ -21,6 +21,7 @@ struct FrontierConfig {
   double split_size_m = 2.0;       ///< clusters are cut until no longer than this along their main axis
   double min_area_m2 = 0.08;       ///< smaller clusters are not worth a visit
   int min_cells = 5;               ///< and so are those of fewer voxels, on coarse maps
+  double deep_m3 = 2.0;            ///< larger pockets behind a cluster are not measured to their end
 
   std::vector<std::string> problems() const;
 };
@@ -31,6 +32,9 @@ struct FrontierCluster {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Aabb bounds_m;
   double area_m2 = 0.0;  ///< one voxel face per cell
+  /// Unknown volume behind it: what connects to its cells in lumps of unknown voxels, counted up to
+  /// FrontierConfig::deep_m3. Small for what a few rays left out, whatever the cluster's area.
+  double pocket_m3 = 0.0;
 };
 
 /// The definition, for one voxel: free and never hit, inside the box, at least one unknown 6-neighbour inside the box,
@@ -56,11 +60,14 @@ class FrontierFinder {
   bool worth_a_visit(const FrontierCluster& cluster) const {
     return cluster.area_m2 >= config_.min_area_m2 - 1e-9 && static_cast<int>(cluster.cells.size()) >= config_.min_cells;
   }
+  /// More is behind it than what a few rays left out.
+  bool deep(const FrontierCluster& cluster) const { return cluster.pocket_m3 >= kDeep * config_.deep_m3; }
   const std::vector<mapping::VoxelBox>& changed_blocks() const { return changed_; }
 
  private:
   static constexpr std::uint32_t kNone = 0;
   static constexpr std::uint32_t kLoose = 1;  ///< frontier, not in a cluster
+  static constexpr double kDeep = 0.75;       ///< of FrontierConfig::deep_m3
 
   bool inside(const VoxelIndex& v) const {
     return v.x >= box_.lo.x && v.y >= box_.lo.y && v.z >= box_.lo.z && v.x <= box_.hi.x && v.y <= box_.hi.y &&
@@ -74,6 +81,7 @@ class FrontierFinder {
   std::vector<VoxelIndex> grow(const VoxelIndex& seed, std::vector<VoxelIndex>& loose);
   void store_split(std::vector<VoxelIndex> cells);
   void store(std::vector<VoxelIndex> cells);
+  double pocket_behind_m3(const mapping::OccupancyMap& map, const FrontierCluster& cluster) const;
 
   GridSpec grid_;
   FrontierConfig config_;
@@ -86,6 +94,7 @@ class FrontierFinder {
   std::vector<mapping::VoxelBox> changed_;
   std::vector<VoxelIndex> switched_on_;
   std::vector<std::uint32_t> touched_;
+  std::vector<std::uint32_t> stored_;  ///< clusters of this update
 };
 
 }  // namespace stairwell::coverage3d

@@ -24,8 +24,8 @@ constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;   // a larger gain does not make a stop more urgent
 constexpr double kCommitment_s = 4.0;    // another goal must be this much better than the one under way
 constexpr double kAbsorbed = 0.7;        // a cluster seen to this part from another stop needs no stop of its own
-constexpr double kCrumb_m2 = 0.3;        // smaller clusters wait until the large ones are done ...
-constexpr double kCrumbNear_s = 2.0;     // ... unless they are this near
+constexpr double kCrumb_m2 = 0.3;        // less in sight of a cluster, or a shallow pocket, waits for the others ...
+constexpr double kCrumbNear_s = 0.7;     // ... unless it is this near
 constexpr double kStorey_m = 1.8;        // a climb of more than this is a change of storey ...
 constexpr double kStoreyChange_s = 2.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
@@ -169,7 +169,8 @@ double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, cons
   double move_s = way_m / limits.speed_mps;
   if (straight_m > 1e-6) {  // changing to full speed in the new direction
     const Eigen::Vector3d wanted_mps = offset_m * (limits.speed_mps / straight_m);
-    move_s += 0.5 * (wanted_mps - velocity_mps).norm() / limits.acceleration_mps2;
+    // Half the change's duration for setting off, four times that for turning back: braking and the way back count.
+    move_s += 0.5 * (wanted_mps - velocity_mps).squaredNorm() / (limits.acceleration_mps2 * limits.speed_mps);
   }
   if (std::abs(offset_m.z()) > kStorey_m) move_s += kStoreyChange_s;
   const double turn_s = config_.sensor.panoramic() ? 0.0 : turn_time_s(limits, wrap_angle(to.yaw_rad - yaw_rad));
@@ -228,7 +229,8 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
     double soonest_s = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < crew.uavs.size(); ++k)
       soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
-    if (stop.cluster->area_m2 >= kCrumb_m2 || soonest_s < kCrumbNear_s) large.push_back(stop);
+    const double seen_m2 = stop.cluster->area_m2 * stop.pose().seen_fraction;
+    if ((finder_->deep(*stop.cluster) && seen_m2 >= kCrumb_m2) || soonest_s < kCrumbNear_s) large.push_back(stop);
   }
   if (!large.empty()) unclaimed = std::move(large);
   std::set<std::size_t> chosen;

@@ -1,6 +1,8 @@
 #include "coverage3d/target_book.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <tuple>
 
 namespace stairwell::coverage3d {
 
@@ -14,6 +16,23 @@ bool outdated(const mapping::OccupancyMap& map, const Viewpoint& view) {
   const auto left = std::count_if(view.seen_cells.begin(), view.seen_cells.end(),
                                   [&](const VoxelIndex& v) { return map.at(v) == Occupancy::kUnknown; });
   return 2 * static_cast<std::size_t>(left) < view.seen_cells.size();
+}
+
+/// The clusters worth a visit, deep ones first: where the budget ends, the UAVs shall know what is around them.
+std::vector<std::uint32_t> nearest_first(const FrontierFinder& finder, const std::vector<Eigen::Vector3d>& uavs_m) {
+  std::vector<std::tuple<bool, double, std::uint32_t>> order;
+  for (const auto& [id, cluster] : finder.clusters()) {
+    if (!finder.worth_a_visit(cluster)) continue;
+    double nearest_m2 = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& at_m : uavs_m)
+      nearest_m2 = std::min(nearest_m2, (cluster.center_m - at_m).squaredNorm());
+    order.emplace_back(!finder.deep(cluster), nearest_m2, id);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::uint32_t> ids;
+  ids.reserve(order.size());
+  for (const auto& entry : order) ids.push_back(std::get<2>(entry));
+  return ids;
 }
 
 }  // namespace
@@ -42,7 +61,7 @@ void TargetBook::look_again(Target& target) {
 
 void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder,
                          const ViewpointPlaces& places) {
-  std::erase_if(targets_, [&](const auto& entry) { return !finder.clusters().contains(entry.first); });
+  bequeath(finder);
   revise(space, finder);
   for (auto& [id, target] : targets_) {
     const bool had_views = !target.views.empty();
@@ -53,15 +72,40 @@ void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinde
   }
 }
 
+void TargetBook::bequeath(const FrontierFinder& finder) {
+  heirlooms_.clear();
+  for (auto entry = targets_.begin(); entry != targets_.end();) {
+    if (finder.clusters().contains(entry->first)) {
+      ++entry;
+      continue;
+    }
+    Target& gone = entry->second;
+    if (!gone.views.empty()) heirlooms_.push_back({gone.center_m, std::move(gone.views)});
+    entry = targets_.erase(entry);
+  }
+}
+
+std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const {
+  std::vector<Viewpoint> views;
+  for (const Heirloom& heirloom : heirlooms_) {
+    if ((heirloom.center_m - cluster.center_m).norm() < kNearby_m) {
+      views.insert(views.end(), heirloom.views.begin(), heirloom.views.end());
+    }
+  }
+  return views.empty() ? views : sampler_.inherit(space, cluster, views);
+}
+
 std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierFinder& finder,
                              const ViewpointPlaces& places, const Budget& budget) {
   Budget left = budget;
   std::size_t pending = 0;
-  for (const auto& [id, cluster] : finder.clusters()) {
-    if (!finder.worth_a_visit(cluster)) continue;
+  for (const std::uint32_t id : nearest_first(finder, places.also_m)) {
+    const FrontierCluster& cluster = finder.clusters().at(id);
     Target& target = targets_[id];
     if (!target.fresh) {
+      target.center_m = cluster.center_m;
       if (left.samples-- <= 0) {
+        target.views = inherited(space, cluster);
         ++pending;
         continue;
       }

@@ -17,9 +17,10 @@ class TargetBook {
  public:
   struct Target {
     std::vector<Viewpoint> views;
-    bool fresh = false;     ///< the views are from after the last change nearby
-    bool searched = false;  ///< the thorough search has been tried since then, too
-    int searches = 0;       ///< thorough searches so far
+    bool fresh = false;                                  ///< the views are from after the last change nearby
+    bool searched = false;                               ///< the thorough search has been tried since then, too
+    int searches = 0;                                    ///< thorough searches so far
+    Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< of the cluster
   };
   struct Budget {
     int samples = 60;  ///< clusters looked at per update
@@ -42,9 +43,17 @@ class TargetBook {
  private:
   void revise(const planning3d::FreeSpace& space, const FrontierFinder& finder);
   static void look_again(Target& target);
+  void bequeath(const FrontierFinder& finder);
+  std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
 
   ViewpointSampler sampler_;
   std::map<std::uint32_t, Target> targets_;
+  /// What was seen of clusters that were rebuilt since; a cluster changes its id with every voxel.
+  struct Heirloom {
+    Eigen::Vector3d center_m;
+    std::vector<Viewpoint> views;
+  };
+  std::vector<Heirloom> heirlooms_;
 };
 
 }  // namespace stairwell::coverage3d

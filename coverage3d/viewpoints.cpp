@@ -21,6 +21,7 @@ constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
 constexpr double kGainStep_m = 0.2;
 constexpr int kGainRows = 6;
 constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
+constexpr double kLeastSeen = 0.3;  // of what the best view sees of the cluster
 constexpr double kFieldFill = 0.9;  // part of the field of view that is relied on
 
 int distance_cells(const VoxelIndex& a, const VoxelIndex& b) {
@@ -230,7 +231,9 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
     azimuths_rad.push_back(std::atan2(offset_m.y(), offset_m.x()));
   }
   if (visible.empty()) return view;
-  view.yaw_rad = best_window(azimuths_rad, kFieldFill * std::min(config_.sensor.azimuth_fov_rad, 2.0 * kPi));
+  if (!config_.sensor.panoramic()) {
+    view.yaw_rad = best_window(azimuths_rad, kFieldFill * config_.sensor.azimuth_fov_rad);
+  }
   for (std::size_t i = 0; i < visible.size(); ++i) {
     const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
     if (!config_.sensor.panoramic() && aside > 0.5 * config_.sensor.azimuth_fov_rad) continue;
@@ -267,6 +270,9 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
   }
   std::stable_sort(judged.begin(), judged.end(),
                    [](const Viewpoint& a, const Viewpoint& b) { return a.gain_m3 > b.gain_m3; });
+  double most_seen = 0.0;
+  for (const Viewpoint& view : judged) most_seen = std::max(most_seen, view.seen_fraction);
+  std::erase_if(judged, [&](const Viewpoint& view) { return view.seen_fraction < kLeastSeen * most_seen; });
   std::vector<Viewpoint> kept;
   for (Viewpoint& view : judged) {
     if (kept.size() >= static_cast<std::size_t>(config_.keep)) break;
@@ -313,6 +319,16 @@ std::vector<Viewpoint> ViewpointSampler::sample(const planning3d::FreeSpace& spa
   for (const Eigen::Vector3d& position_m : places.also_m)
     if ((position_m - cluster.center_m).norm() < farthest_m) offer(grid.index_of(position_m));
   return best_of(space, candidates, aims);
+}
+
+std::vector<Viewpoint> ViewpointSampler::inherit(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                                 const std::vector<Viewpoint>& views) const {
+  const std::vector<Target> aims = targets(space, cluster, config_.max_cells);
+  std::vector<VoxelIndex> places;
+  for (const Viewpoint& view : views) {
+    if (space.traversable(view.voxel)) places.push_back(view.voxel);
+  }
+  return aims.empty() ? std::vector<Viewpoint>{} : best_of(space, places, aims);
 }
 
 std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,

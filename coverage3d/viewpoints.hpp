@@ -57,6 +57,10 @@ class ViewpointSampler {
   std::vector<Viewpoint> search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                 const ViewpointPlaces& places) const;
 
+  /// Those of a vanished cluster's views from which this one is seen, with what they show now; best first.
+  std::vector<Viewpoint> inherit(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                 const std::vector<Viewpoint>& views) const;
+
   /// Part of a cluster that is seen from a pose (with its yaw), by a few rays.
   double seen_part(const planning3d::FreeSpace& space, const Viewpoint& view, const FrontierCluster& cluster) const;
 
