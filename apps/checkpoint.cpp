@@ -9,6 +9,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 namespace stairwell::apps {
 
@@ -26,10 +27,25 @@ std::string read_file(const std::filesystem::path& file) {
   return text.str();
 }
 
+constexpr std::uint64_t kDigestOfNothing = 0xCBF29CE484222325ULL;
+
 /// FNV-1a: finds damage, not forgery.
-std::uint64_t digest(std::string_view bytes) {
-  std::uint64_t hash = 0xCBF29CE484222325ULL;
+/// @param hash the digest of what comes before the bytes
+std::uint64_t digest(std::string_view bytes, std::uint64_t hash = kDigestOfNothing) {
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
+  return hash;
+}
+
+/// Piece by piece: maps are large.
+std::uint64_t digest_of_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<char> piece(std::size_t{1} << 16);
+  std::uint64_t hash = kDigestOfNothing;
+  while (stream) {
+    stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    hash = digest({piece.data(), static_cast<std::size_t>(stream.gcount())}, hash);
+  }
+  if (!stream.eof()) throw InputError(file.string() + ": the checkpoint cannot be read");
   return hash;
 }
 
@@ -64,7 +80,7 @@ void CheckpointFolder::save(const Checkpoint& checkpoint, const mapping::Occupan
   mapping::save_octomap(map, folder_ / map_name);
   const json state = {{"version", kVersion},
                       {"map", map_name},
-                      {"map_digest", digest(read_file(folder_ / map_name))},
+                      {"map_digest", digest_of_file(folder_ / map_name)},
                       {"fleet", checkpoint.fleet},
                       {"fleet_digest", digest(checkpoint.fleet)},
                       {"flight", checkpoint.flight},
@@ -95,7 +111,7 @@ Checkpoint CheckpointFolder::load(mapping::OccupancyMap& map) const {
     if (digest(checkpoint.fleet) != state.at("fleet_digest").get<std::uint64_t>()) damaged(state_file(), "digest");
     std::error_code ignored;
     if (!std::filesystem::exists(map_file, ignored)) damaged(map_file, "missing");
-    if (digest(read_file(map_file)) != state.at("map_digest").get<std::uint64_t>()) damaged(map_file, "digest");
+    if (digest_of_file(map_file) != state.at("map_digest").get<std::uint64_t>()) damaged(map_file, "digest");
   } catch (const json::exception& error) {
     damaged(state_file(), error.what());
   }

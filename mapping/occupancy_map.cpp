@@ -102,6 +102,13 @@ void OccupancyMap::set_log_odds(const VoxelIndex& v, float log_odds) {
 const std::array<int, 3>& OccupancyMap::block_offset() const { return impl_->offset; }
 const std::array<int, 3>& OccupancyMap::block_count() const { return impl_->blocks_per_axis; }
 
+OccupancyMap::BlockLogOdds OccupancyMap::block_log_odds(const VoxelIndex& at) const {
+  const std::uint32_t index = impl_->table[impl_->entry_of(at)];
+  if (index == kNone) return {nullptr, kUnknownLogOdds};
+  const Block& block = *impl_->blocks[index];
+  return {block.values != nullptr ? block.values->data() : nullptr, block.uniform};
+}
+
 OccupancyMap::ScanEffect OccupancyMap::apply(const VoxelIndex& block, const BlockMask& mask) {
   static const ScanKernels& kernels = lanes::kernels(Simd::kBest);
   const std::uint32_t index = impl_->touch(block);

@@ -51,10 +51,11 @@ struct BlockUpdate {
 struct ScanKernels;
 class WorkerPool;
 
-/// Log-odds occupancy of a finite box of the world, with a real octomap::OcTree behind it.
+/// Log-odds occupancy of a finite box of the world, with a real octomap::OcTree behind it when asked for.
 ///
 /// The working copy is a table of 8x8x8 blocks (allocated when first touched) that answers look-ups in a few
-/// nanoseconds; `octree()` brings the OcTree up to date with the blocks that changed since it was last asked for.
+/// nanoseconds; `octree()` brings the OcTree up to date with the blocks that changed since it was last asked for, and
+/// keeps it (about 45 bytes a node); files are written without it.
 /// The OcTree is the one OctoMap itself would hold for the same updates within the box.
 class OccupancyMap {
  public:
@@ -92,6 +93,13 @@ class OccupancyMap {
   /// (v + block_offset()) / 8 per axis.
   const std::array<int, 3>& block_offset() const;
   const std::array<int, 3>& block_count() const;
+  /// The log-odds of a block's voxels, NaN = unknown (or outside the grid).
+  struct BlockLogOdds {
+    const float* each = nullptr;  ///< 512, x fastest; null where all are the same
+    float all = 0.0F;             ///< what they all are then
+  };
+  /// Valid until the next call of a non-const member. @pre the block is within block_count()
+  BlockLogOdds block_log_odds(const VoxelIndex& block) const;
   /// `update` on every voxel of the mask. @pre the block is within block_count(); bits outside the grid are ignored.
   ScanEffect apply(const VoxelIndex& block, const BlockMask& mask);
   /// The same for many blocks, none of them twice: one list per thread of the pool. The map is the same whatever the

@@ -2,11 +2,13 @@
 
 #include "core/errors.hpp"
 #include "mapping/octomap_check.hpp"
+#include "mapping/octree_stream.hpp"
 
 #include <octomap/OcTree.h>
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <streambuf>
@@ -104,7 +106,7 @@ GridSpec grid_of(const octomap::OcTree& tree) {
   return grid;
 }
 
-void write_checked(const octomap::OcTree& tree, const std::filesystem::path& file, OctomapFormat format) {
+void write_checked(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
   std::filesystem::path partial = file;
   partial += ".partial";
   std::error_code ignored;
@@ -113,7 +115,7 @@ void write_checked(const octomap::OcTree& tree, const std::filesystem::path& fil
     if (!stream) {
       throw RunError(file.string() + ": cannot be written (folder missing or not writable)");
     }
-    write_octomap(tree, stream, format);
+    write(stream);
     stream.close();
     if (!stream) {
       std::filesystem::remove(partial, ignored);
@@ -153,10 +155,14 @@ void write_octomap(const octomap::OcTree& tree, std::ostream& stream, OctomapFor
   stream.flush();
 }
 
-void save_octomap(const OccupancyMap& map, const std::filesystem::path& file) { save_octomap(map.octree(), file); }
+void save_octomap(const OccupancyMap& map, const std::filesystem::path& file) {
+  const OctomapFormat format = octomap_format_of(file);
+  write_checked(file, [&](std::ostream& stream) { write_octomap(map, stream, format); });
+}
 
 void save_octomap(const octomap::OcTree& tree, const std::filesystem::path& file) {
-  write_checked(tree, file, octomap_format_of(file));
+  const OctomapFormat format = octomap_format_of(file);
+  write_checked(file, [&](std::ostream& stream) { write_octomap(tree, stream, format); });
 }
 
 std::unique_ptr<octomap::OcTree> load_octree(const std::filesystem::path& file) {

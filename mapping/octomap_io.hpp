@@ -17,7 +17,8 @@ class OcTree;
 namespace stairwell::mapping {
 
 /// Writes `.bt` (maximum likelihood, binary) or `.ot` (full log-odds), by extension: to a temporary name beside the
-/// target, flushed, checked, renamed. The map itself is not changed (no clamping to maximum likelihood).
+/// target, flushed, checked, renamed. The map itself is not changed (no clamping to maximum likelihood), and of an
+/// OccupancyMap no OcTree is made (octree_stream.hpp).
 /// @throws RunError naming the file when it cannot be written (unwritable, disk full), leaving no partial file;
 /// InputError for another extension.
 void save_octomap(const OccupancyMap& map, const std::filesystem::path& file);

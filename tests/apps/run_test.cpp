@@ -249,6 +249,10 @@ TEST_CASE("a damaged checkpoint is refused in one line") {
   const std::string bytes = read_text(map);
   testing::write_text(map, bytes.substr(0, bytes.size() / 2));
   refused();
+  std::string changed = bytes;
+  changed[bytes.size() - 2] = static_cast<char>(changed[bytes.size() - 2] ^ 1);  // well formed, and not what was saved
+  testing::write_text(map, changed);
+  refused();
   fs::remove(map);
   refused();
 }
