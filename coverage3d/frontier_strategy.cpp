@@ -21,13 +21,14 @@ constexpr std::size_t kGivenKept = 64;
 constexpr double kUseful = 0.25;        // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
-constexpr double kMostWorth_m3 = 10.0;   // a larger gain does not make a stop more urgent
-constexpr double kCommitment_s = 4.0;    // another goal must be this much better than the one under way
-constexpr double kAbsorbed = 0.7;        // a cluster seen to this part from another stop needs no stop of its own
-constexpr double kCrumb_m2 = 0.3;        // less in sight of a cluster, or a shallow pocket, waits for the others ...
-constexpr double kCrumbNear_s = 0.7;     // ... unless it is this near
-constexpr double kStorey_m = 1.8;        // a climb of more than this is a change of storey ...
-constexpr double kStoreyChange_s = 2.0;  // ... which is put off while there is work near
+constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
+constexpr double kCommitment_s = 4.0;   // another goal must be this much better than the one under way
+constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from another stop needs no stop of its own
+constexpr double kCrumb_m2 = 0.3;       // less in sight of a cluster, or a shallow pocket, waits for the others ...
+constexpr double kCrumbNear_s = 0.7;    // ... unless it is this near
+constexpr double kStorey_m = 1.8;       // a climb of more than this ...
+constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
+constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
 constexpr std::ptrdiff_t kMostRepeats = 3;
 constexpr int kStateVersion = 1;
@@ -172,7 +173,7 @@ double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, cons
     // Half the change's duration for setting off, four times that for turning back: braking and the way back count.
     move_s += 0.5 * (wanted_mps - velocity_mps).squaredNorm() / (limits.acceleration_mps2 * limits.speed_mps);
   }
-  if (std::abs(offset_m.z()) > kStorey_m) move_s += kStoreyChange_s;
+  if (std::abs(offset_m.z()) > kStorey_m && way_m > kStoreyDetour * straight_m) move_s += kStoreyChange_s;
   const double turn_s = config_.sensor.panoramic() ? 0.0 : turn_time_s(limits, wrap_angle(to.yaw_rad - yaw_rad));
   return std::max(move_s, turn_s);
 }
