@@ -92,6 +92,52 @@ TEST_CASE("clusters are no longer than the split size") {
   }
 }
 
+TEST_CASE("pockets behind clusters are measured up to a limit") {
+  const GridSpec grid({{0.0, 0.0, 0.0}, {4.0, 4.0, 2.0}}, 0.1);
+  FrontierConfig config;
+  config.box = grid.box();
+  const auto clusters_of = [&](const auto& known, const auto& occupied) {
+    mapping::OccupancyMap map(grid);
+    for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
+      const VoxelIndex v = grid.voxel(i);
+      if (known(v)) map.update(v, occupied(v));
+    }
+    FrontierFinder finder(grid, config);
+    finder.update(map);
+    return finder;
+  };
+  const auto none = [](const VoxelIndex&) { return false; };
+  SECTION("half the box is deep") {
+    const auto finder = clusters_of([](const VoxelIndex& v) { return v.x < 20; }, none);
+    REQUIRE(!finder.clusters().empty());
+    for (const auto& [id, cluster] : finder.clusters()) {
+      CHECK(cluster.pocket_m3 == Approx(config.deep_m3).margin(0.01));
+      CHECK(finder.deep(cluster));
+    }
+  }
+  SECTION("a hole of 8 x 6 x 4 voxels is as large as it is") {
+    const auto finder = clusters_of(
+        [](const VoxelIndex& v) { return v.x < 10 || v.x >= 18 || v.y < 10 || v.y >= 16 || v.z < 10 || v.z >= 14; },
+        none);
+    REQUIRE(finder.clusters().size() >= 1);
+    for (const auto& [id, cluster] : finder.clusters()) {
+      CHECK(cluster.pocket_m3 == Approx(0.192));
+      CHECK(!finder.deep(cluster));
+    }
+  }
+  SECTION("what few rays left out is no pocket") {
+    const auto finder = clusters_of([](const VoxelIndex& v) { return v.x % 3 != 0 || v.y % 3 != 0; }, none);
+    REQUIRE(!finder.clusters().empty());
+    for (const auto& [id, cluster] : finder.clusters()) CHECK(cluster.pocket_m3 == 0.0);
+  }
+  SECTION("a hole of a voxel in a wall does not open what is behind it") {
+    const auto wall = [](const VoxelIndex& v) { return v.x == 20 || v.x == 21; };
+    const auto finder =
+        clusters_of([](const VoxelIndex& v) { return v.x <= 21 && !(v.x >= 20 && v.y == 11 && v.z == 9); }, wall);
+    for (const auto& [id, cluster] : finder.clusters()) CHECK(cluster.pocket_m3 == 0.0);
+  }
+}
+
 TEST_CASE("a known map has no frontiers, nor has an unknown one") {
   const GridSpec grid({{0.0, 0.0, 0.0}, {2.0, 2.0, 2.0}}, 0.1);
   mapping::OccupancyMap map(grid);

@@ -80,6 +80,25 @@ double least_distance(const Fleet& fleet) {
 
 }  // namespace
 
+TEST_CASE("a fleet that sees all round explores without turning") {
+  explore::FleetConfig config = test::toy_config();
+  config.sensor.kind = SensorKind::kLidar;
+  config.sensor.azimuth_fov_rad = 2.0 * kPi;
+  config.sensor.rays_azimuth = 360;
+  ToySimulation simulation(test::two_rooms(), config, {{1.0, 1.0, 1.0}, {1.0, 3.0, 1.0}});
+  RecordingLog log;
+  Fleet fleet(config, simulation.doors(), log, no_clock);
+  double flown_m = 0.0;
+  Eigen::Vector3d last_m = fleet.uav_state(0).position_m;
+  while (fleet.step()) {
+    flown_m += (fleet.uav_state(0).position_m - last_m).norm();
+    last_m = fleet.uav_state(0).position_m;
+    for (std::size_t uav = 0; uav < fleet.size(); ++uav) REQUIRE(fleet.uav_state(uav).yaw_rad == 0.0);
+  }
+  CHECK(flown_m > 1.0);
+  CHECK(known_share(fleet.map()) > 0.97);
+}
+
 TEST_CASE("one UAV explores two rooms in either mode and says that nothing is left") {
   const bool slice = GENERATE(false, true);
   auto config = test::toy_config();
