@@ -1,82 +1,43 @@
 /// planner_budgets [PLANNER...]: what planners make of a time budget. Between 200 random pairs of places of
 /// worlds/office_tower.sdf (all of it known, 0.1 m) that do not see each other: how many are reached, length over that
 /// of A* with string pulling, and time. The clock is this thread's processor time, so that other programs do not count.
+#include "benchmarks/known_building.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
-#include "mapping/distance_field.hpp"
-#include "mapping/occupancy_words.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/safety_check.hpp"
 #include "planning3d/segment_check.hpp"
-#include "sim3d/ground_truth.hpp"
-#include "sim3d/world.hpp"
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <exception>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 using namespace stairwell;
 using namespace stairwell::planning3d;
+using benchmarks::KnownBuilding;
+using benchmarks::thread_time_s;
 
 namespace {
 
 constexpr int kPairs = 200;
 constexpr double kLeastApart_m = 3.0;
-constexpr double kResolution_m = 0.1;
 constexpr std::size_t kNoLimit = 1'000'000'000;
-
-double thread_time_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-struct Office {
-  Office()
-      : world(sim3d::load_world(std::filesystem::path(STAIRWELL_WORLDS) / "office_tower.sdf")),
-        map(GridSpec(world.bounds, kResolution_m)),
-        field(map.grid(), 1.0, mapping::Obstacles::kBlocked),
-        words(map.grid(), mapping::Obstacles::kBlocked) {
-    const sim3d::GroundTruth truth(world, map.grid());
-    const auto inside = truth.reachable({{-6.5, 0.0, 0.95}}, robot, world.bounds);
-    for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
-      map.set_log_odds(map.grid().voxel(i), truth.at(i) == sim3d::TruthClass::kFree ? -1.0F : 2.0F);
-      if (inside[i] != 0) places.push_back(map.grid().voxel(i));
-    }
-    field.update(map);
-    words.update(map);
-  }
-  FreeSpace space() const { return {map, field, robot, world.bounds, &words}; }
-
-  sim3d::World world;
-  mapping::OccupancyMap map;
-  mapping::DistanceField field;
-  mapping::OccupancyWords words;
-  Robot robot{0.2, 0.05};
-  std::vector<VoxelIndex> places;
-};
 
 struct Pair {
   PlanRequest request;
   double astar_m;
 };
 
-std::vector<Pair> make_pairs(const Office& office, const FreeSpace& space) {
+std::vector<Pair> make_pairs(const KnownBuilding& office, const FreeSpace& space) {
   Rng rng = make_rng(1, "planner budgets");
   AstarPlanner astar;
   std::vector<Pair> pairs;
-  const int last = static_cast<int>(office.places.size()) - 1;
-  const auto place_m = [&] {
-    return space.grid().center_of(office.places[static_cast<std::size_t>(rng.uniform_int(0, last))]);
-  };
   while (pairs.size() < kPairs) {
     Pair pair{{}, 0.0};
-    pair.request.start_m = place_m();
-    pair.request.goal_m = place_m();
+    pair.request.start_m = office.any_place_m(rng);
+    pair.request.goal_m = office.any_place_m(rng);
     pair.request.clearance_weight = 0.0;
     pair.request.seed = pairs.size();
     if ((pair.request.start_m - pair.request.goal_m).norm() < kLeastApart_m) continue;
@@ -133,7 +94,7 @@ int main(int argc, char** argv) {
     std::vector<std::string> names(argv + 1, argv + argc);
     if (names.empty())
       names.assign({"astar", "rrtconnect", "rrtstar", "informed_rrtstar", "bitstar", "abitstar", "prmstar"});
-    const Office office;
+    const KnownBuilding office("office_tower.sdf", {-6.5, 0.0, 0.95}, Robot{0.2, 0.05});
     const FreeSpace space = office.space();
     const std::vector<Pair> pairs = make_pairs(office, space);
     std::printf("| planner | budget ms | reached %% | length, median | p95 | time ms, median | max | unsafe |\n");

@@ -4,79 +4,40 @@
 /// yaw to a random one). Lower bound: the bang-bang time of the polyline's length with the limits of speed and
 /// acceleration, as if it had no corners and whatever the limit of jerk (none if left out). Times are this thread's
 /// processor time.
+#include "benchmarks/known_building.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
 #include "core/units.hpp"
-#include "mapping/distance_field.hpp"
-#include "mapping/occupancy_words.hpp"
 #include "planning3d/planner.hpp"
 #include "planning3d/shorten_path.hpp"
 #include "planning3d/trajectory_builder.hpp"
-#include "sim3d/ground_truth.hpp"
-#include "sim3d/world.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <exception>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 using namespace stairwell;
 using namespace stairwell::planning3d;
+using benchmarks::KnownBuilding;
+using benchmarks::thread_time_s;
 
 namespace {
 
 constexpr int kPairs = 200;
 constexpr double kLeastLength_m = 2.0;
-constexpr double kResolution_m = 0.1;
 
-double thread_time_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-struct Building {
-  Building(const char* file, const Eigen::Vector3d& start_m)
-      : world(sim3d::load_world(std::filesystem::path(STAIRWELL_WORLDS) / file)),
-        map(GridSpec(world.bounds, kResolution_m)),
-        field(map.grid(), 1.0, mapping::Obstacles::kBlocked),
-        words(map.grid(), mapping::Obstacles::kBlocked) {
-    const sim3d::GroundTruth truth(world, map.grid());
-    const auto inside = truth.reachable({start_m}, robot, world.bounds);
-    for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
-      map.set_log_odds(map.grid().voxel(i), truth.at(i) == sim3d::TruthClass::kFree ? -1.0F : 2.0F);
-      if (inside[i] != 0) places.push_back(map.grid().voxel(i));
-    }
-    field.update(map);
-    words.update(map);
-  }
-  FreeSpace space() const { return {map, field, robot, world.bounds, &words}; }
-
-  sim3d::World world;
-  mapping::OccupancyMap map;
-  mapping::DistanceField field;
-  mapping::OccupancyWords words;
-  Robot robot;
-  std::vector<VoxelIndex> places;
-};
-
-std::vector<std::vector<Eigen::Vector3d>> make_paths(const Building& building, const FreeSpace& space) {
+std::vector<std::vector<Eigen::Vector3d>> make_paths(const KnownBuilding& building, const FreeSpace& space) {
   Rng rng = make_rng(1, "trajectory times");
   const auto planner = make_planner("astar");
   std::vector<std::vector<Eigen::Vector3d>> paths;
-  const int last = static_cast<int>(building.places.size()) - 1;
-  const auto place_m = [&] {
-    return space.grid().center_of(building.places[static_cast<std::size_t>(rng.uniform_int(0, last))]);
-  };
   while (paths.size() < kPairs) {
     PlanRequest request;
-    request.start_m = place_m();
-    request.goal_m = place_m();
+    request.start_m = building.any_place_m(rng);
+    request.goal_m = building.any_place_m(rng);
     const PlanResult plan = planner->plan(space, request);
     if (plan.status == PlanStatus::kReached && plan.length_m >= kLeastLength_m) paths.push_back(plan.path_m);
   }
@@ -140,7 +101,7 @@ int main(int argc, char** argv) {
     } const worlds[] = {
         {"office_tower", {-6.5, 0.0, 0.95}}, {"duplex", {-3.5, -2.5, 0.95}}, {"warehouse", {-11.0, 0.0, 0.95}}};
     for (const auto& world : worlds) {
-      const Building building((std::string(world.name) + ".sdf").c_str(), world.start_m);
+      const KnownBuilding building((std::string(world.name) + ".sdf").c_str(), world.start_m);
       const FreeSpace space = building.space();
       const auto paths = make_paths(building, space);
       for (const bool camera : {false, true}) measure(world.name, space, paths, camera, limits);
