@@ -1,5 +1,6 @@
 #include "apps/plan_run.hpp"
 
+#include "apps/models_dir.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "planning3d/astar_planner.hpp"
@@ -83,7 +84,7 @@ std::unique_ptr<Planner> planner_for(const std::string& name, const PlanTasks& t
   if (std::isfinite(tasks.comfort_m) && name == "theta") {
     return std::make_unique<planning3d::ThetaPlanner>(planning3d::ThetaPlanner::Config{1.0, tasks.comfort_m, true});
   }
-  return planning3d::make_planner(name);
+  return planning3d::make_planner(name, models_dir());
 }
 
 PlanRequest request_of(const PlanTasks& tasks, const PlanTask& task) {

@@ -1,5 +1,6 @@
 #include "apps/run_config.hpp"
 
+#include "apps/models_dir.hpp"
 #include "apps/option_values.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -343,6 +344,7 @@ const std::vector<SettingKey>& setting_keys() {
 
 RunConfig resolve(Settings& settings) {
   RunConfig config;
+  config.fleet.models_dir = models_dir();
   const std::vector<Entry> entries = all_entries();
   for (const Entry& entry : entries) {
     if (!entry.fallback.empty()) set_default(settings, std::string(entry.key.key), entry.fallback);

@@ -8,6 +8,7 @@
 #include "perception/cloud_pipeline.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct FleetConfig {
   Robot robot;
   Mode mode = Mode::kVolume;
   std::string planner = "astar";
-  std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
+  std::filesystem::path models_dir;  ///< weights of the learned agents
+  std::string fallback = "auto";     ///< planner when that one has no answer: a name, none, or auto (astar)
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;

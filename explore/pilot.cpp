@@ -28,8 +28,9 @@ planning3d::SafetyCheck make_check(const FleetConfig& config) {
 planning3d::FallbackPlanner make_planners(const FleetConfig& config, const planning3d::SafetyCheck& check) {
   std::vector<std::unique_ptr<planning3d::Planner>> fallbacks;
   const std::string_view fallback = planning3d::resolve_fallback(config.fallback, config.planner);
-  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback));
-  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner), std::move(fallbacks), check);
+  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, config.models_dir));
+  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner, config.models_dir), std::move(fallbacks),
+                                     check);
 }
 
 /// Another one for each time, so that an unlucky draw is not drawn again; the same one in a resumed run.

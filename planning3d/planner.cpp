@@ -1,6 +1,7 @@
 #include "planning3d/planner.hpp"
 
 #include "core/errors.hpp"
+#include "planning3d/agent_planner.hpp"
 #include "planning3d/apf_planner.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/ompl_planner.hpp"
@@ -34,12 +35,12 @@ const char* to_string(PlanStatus status) {
 }
 
 std::vector<std::string_view> planner_names() {
-  std::vector<std::string_view> names{"astar", "theta", "apf"};
+  std::vector<std::string_view> names{"astar", "theta", "apf", "agent2d", "agent3d"};
   for (const std::string_view name : OmplPlanner::names()) names.push_back(name);
   return names;
 }
 
-std::unique_ptr<Planner> make_planner(std::string_view name) {
+std::unique_ptr<Planner> make_planner(std::string_view name, const std::filesystem::path& models_dir) {
   if (name == "astar") {
     AstarPlanner::Config config;
     config.heuristic_weight = kHeuristicWeight;
@@ -47,6 +48,7 @@ std::unique_ptr<Planner> make_planner(std::string_view name) {
   }
   if (name == "theta") return std::make_unique<ThetaPlanner>();
   if (name == "apf") return std::make_unique<ApfPlanner>();
+  if (name == "agent2d" || name == "agent3d") return AgentPlanner::load(name, models_dir);
   if (auto planner = OmplPlanner::make(name)) return planner;
   std::string message("unknown planner '");
   message.append(name).append("'; known:");

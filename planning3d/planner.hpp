@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -28,7 +29,7 @@ struct PlanRequest {
   std::uint64_t seed = 1;
   std::size_t max_checks = 20'000;  ///< iteration budget: states, motions and rounds asked about
   /// Time budget beside the iteration budget: none while `clock_s` is empty. Answers then follow the processor.
-  std::function<double()> clock_s;  ///< monotonic seconds
+  std::function<double()> clock_s;                              ///< monotonic seconds
   double deadline_s = std::numeric_limits<double>::infinity();  ///< by `clock_s`
 };
 
@@ -49,7 +50,8 @@ class Planner {
 
 /// `astar` (heuristic weight 1.5: cost on the lattice at most 1.5 times the least; AstarPlanner itself is exact by
 /// default) or `apf`. @throws InputError listing the known names.
-std::unique_ptr<Planner> make_planner(std::string_view name);
+/// @param models_dir  where the learned agents' weights are (`agent2d`: path2d.model, `agent3d`: path3d.model)
+std::unique_ptr<Planner> make_planner(std::string_view name, const std::filesystem::path& models_dir = {});
 std::vector<std::string_view> planner_names();
 
 }  // namespace stairwell::planning3d

@@ -1,0 +1,174 @@
+#include "planning3d/agent_planner.hpp"
+
+#include "core/errors.hpp"
+#include "planning3d/plan_ends.hpp"
+#include "planning3d/shorten_path.hpp"
+
+#include <algorithm>
+
+namespace stairwell::planning3d {
+
+namespace {
+
+constexpr double kProgress_m = 0.05;  // nearer by so much is progress
+
+ArrivalField::Config field_config(const AgentInput& input) {
+  ArrivalField::Config config;
+  config.plane = input.plane;
+  return config;
+}
+
+}  // namespace
+
+const char* to_string(RolloutEnd end) {
+  switch (end) {
+    case RolloutEnd::kReached:
+      return "reached";
+    case RolloutEnd::kCollision:
+      return "collision";
+    case RolloutEnd::kNoProgress:
+      return "no progress";
+    case RolloutEnd::kTooLong:
+      return "too long";
+    case RolloutEnd::kNoWay:
+      return "no way";
+  }
+  return "?";
+}
+
+Rollout::Rollout(const SegmentCheck& check, AgentView& view, const ArrivalField& field, const RolloutConfig& config,
+                 const Eigen::Vector3d& start_m)
+    : check_(&check), view_(&view), field_(&field), config_(config), path_m_{start_m} {
+  const double left_m = static_cast<double>(field.value_m(start_m));
+  least_left_m_ = std::numeric_limits<double>::infinity();
+  longest_m_ = config.detour * left_m + 2.0;
+  std::vector<Eigen::Vector3d> way;
+  field.descend(start_m, 0.1, way);
+  if (way.empty()) finish(RolloutEnd::kNoWay);
+}
+
+bool Rollout::finish(RolloutEnd end) {
+  ended_ = true;
+  end_ = end;
+  return false;
+}
+
+bool Rollout::look(Observation& seen) {
+  if (ended_) return false;
+  const Eigen::Vector3d& at_m = path_m_.back();
+  const Eigen::Vector3d& goal_m = field_->goal_m();
+  if ((goal_m - at_m).norm() <= config_.goal_reach_m && check_->segment_free(at_m, goal_m)) {
+    if (at_m != goal_m || path_m_.size() == 1) path_m_.push_back(goal_m);
+    return finish(RolloutEnd::kReached);
+  }
+  view_->look(at_m, seen);
+  if (view_->way_left_m() < least_left_m_ - kProgress_m) {
+    least_left_m_ = view_->way_left_m();
+    since_least_m_ = 0.0;
+  }
+  if (since_least_m_ > config_.patience_m) return finish(RolloutEnd::kNoProgress);
+  if (!(flown_m_ <= longest_m_)) return finish(RolloutEnd::kTooLong);
+  return true;
+}
+
+void Rollout::move(const Eigen::Vector3d& direction) {
+  Eigen::Vector3d mixed = direction.normalized() + config_.keep * last_;
+  if (!(mixed.norm() > 1e-3)) mixed = direction;
+  last_ = mixed.normalized();
+  const Eigen::Vector3d to_m = path_m_.back() + config_.step_m * last_;
+  if (!check_->segment_free(path_m_.back(), to_m)) {
+    finish(RolloutEnd::kCollision);
+    return;
+  }
+  path_m_.push_back(to_m);
+  flown_m_ += config_.step_m;
+  since_least_m_ += config_.step_m;
+}
+
+void require_fitting(const AgentInput& input, const nn::NetworkSpec& network) {
+  if (network.windows != input.windows() || network.features != AgentInput::kFeatures) {
+    throw InputError("the network's inputs are not what the agent is shown: " + network.text() + " / " + input.text());
+  }
+  const int directions = network.head == nn::Head::kAngles ? 2 : 3;
+  if (network.head == nn::Head::kValues || network.outputs != directions - (input.plane ? 1 : 0)) {
+    throw InputError("the network's outputs are no direction: " + network.text());
+  }
+}
+
+AgentPlanner::AgentPlanner(const nn::Model& model) : AgentPlanner(model, Config{}) {}
+
+AgentPlanner::AgentPlanner(const nn::Model& model, const Config& config)
+    : config_(config),
+      input_(AgentInput::parse(model.input)),
+      network_(model.network, model.parameters),
+      field_(field_config(input_)),
+      view_(input_),
+      outputs_(static_cast<std::size_t>(model.network.outputs)) {
+  require_fitting(input_, model.network);
+}
+
+std::unique_ptr<AgentPlanner> AgentPlanner::load(std::string_view name, const std::filesystem::path& models_dir) {
+  const std::string agent = name == "agent2d" ? "path2d" : "path3d";
+  const std::filesystem::path file = models_dir / (agent + ".model");
+  const nn::Model model = nn::read_model(file, agent);
+  try {
+    return std::make_unique<AgentPlanner>(model);
+  } catch (const InputError& problem) {
+    throw InputError(file.string() + ": " + problem.what());
+  }
+}
+
+Eigen::Vector3d AgentPlanner::direction(const Observation& seen) {
+  network_.infer(seen.windows, seen.features, outputs_);
+  return turned(direction_of(network_.spec().head, input_.plane, outputs_), seen.yaw_rad);
+}
+
+PlanResult AgentPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
+  PlanResult result;
+  const SegmentCheck check(space, request.keep_out, request.start_m);
+  PlanEnds ends;
+  result.status = find_ends(space, request, check, ends);
+  if (result.status != PlanStatus::kReached) return result;
+  result.status = PlanStatus::kNoPath;
+  last_end_ = RolloutEnd::kNoWay;
+  const bool slice = request.rule.kind == MotionRule::Kind::kSlice;
+  if (input_.plane ? ends.start.z != ends.goal.z : slice) return result;
+  if (input_.plane) ends.goal_m.z() = ends.start_m.z();
+  field_.compute(space, check, ends.goal_m, ends.start_m);
+  view_.begin(space, request.keep_out, field_);
+  Rollout rollout(check, view_, field_, config_.rollout, ends.start_m);
+  while (rollout.look(seen_)) {
+    if (result.expansions++ >= request.max_expansions) {
+      result.status = PlanStatus::kTimedOut;
+      return result;
+    }
+    rollout.move(direction(seen_));
+  }
+  last_end_ = rollout.end();
+  if (last_end_ == RolloutEnd::kNoProgress || last_end_ == RolloutEnd::kTooLong) {
+    result.status = PlanStatus::kLocalMinimum;
+  }
+  if (last_end_ != RolloutEnd::kReached) return result;
+  std::vector<Eigen::Vector3d> path_m = smooth_path(check, rollout.path_m(), config_.smoothings);
+  if (ends.start_m != request.start_m) path_m.insert(path_m.begin(), request.start_m);
+  result.status = PlanStatus::kReached;
+  result.length_m = path_length_m(path_m);
+  result.path_m = std::move(path_m);
+  return result;
+}
+
+std::vector<Eigen::Vector3d> smooth_path(const SegmentCheck& check, std::vector<Eigen::Vector3d> path_m, int rounds) {
+  std::vector<Eigen::Vector3d> next = path_m;
+  for (int round = 0; round < rounds && path_m.size() > 2; ++round) {
+    for (std::size_t i = 1; i + 1 < path_m.size(); ++i) {
+      next[i] = 0.25 * path_m[i - 1] + 0.5 * path_m[i] + 0.25 * path_m[i + 1];
+    }
+    for (std::size_t i = 1; i < next.size(); ++i) {
+      if (!check.segment_free(next[i - 1], next[i])) return path_m;
+    }
+    path_m = next;
+  }
+  return path_m;
+}
+
+}  // namespace stairwell::planning3d

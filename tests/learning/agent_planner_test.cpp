@@ -1,0 +1,115 @@
+#include "planning3d/agent_planner.hpp"
+
+#include "core/errors.hpp"
+#include "learning/random_network.hpp"
+#include "learning/train/training_world.hpp"
+#include "planning3d/safety_check.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+using namespace stairwell;
+using namespace stairwell::planning3d;
+
+namespace {
+
+const std::filesystem::path kModels = std::filesystem::path(STAIRWELL_SOURCE_DIR) / "models";
+
+train::VoxelScene two_rooms() {
+  train::VoxelScene scene(Aabb{{0, 0, 0}, {8, 8, 3}}, 0.1);
+  scene.fill(Aabb{{3.9, 0, 0}, {4.1, 8, 3}}, true);
+  scene.fill(Aabb{{3.9, 5.5, 0}, {4.1, 6.9, 2.2}}, false);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a rollout that is led down the way reaches the goal, one that is led astray does not", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  const Eigen::Vector3d start_m(2.05, 2.05, 1.55), goal_m(6.05, 2.05, 1.05);
+  const SegmentCheck check(space, {}, start_m);
+  ArrivalField field(ArrivalField::Config{});
+  field.compute(space, check, goal_m, start_m);
+  AgentView view(AgentInput::volume());
+  Observation seen;
+  const auto fly = [&](const auto& direction) {
+    view.begin(space, {}, field);
+    Rollout rollout(check, view, field, {}, start_m);
+    int steps = 0;
+    while (rollout.look(seen)) rollout.move(direction(steps++));
+    return std::pair(rollout.end(), rollout.path_m());
+  };
+  const auto led = fly([&](int) { return view.way_ahead(); });
+  CHECK(led.first == RolloutEnd::kReached);
+  CHECK(led.second.back() == goal_m);
+  CHECK(SafetyCheck().check_path(space, led.second).safe());
+  CHECK(fly([](int) { return Eigen::Vector3d(1, 0, 0); }).first == RolloutEnd::kCollision);
+  const auto circling = fly([](int step) { return Eigen::Vector3d(std::cos(0.4 * step), std::sin(0.4 * step), 0); });
+  CHECK(circling.first == RolloutEnd::kNoProgress);
+  CHECK(circling.second.size() < 100);
+}
+
+TEST_CASE("smoothing shortens a path and keeps its ends and its distance", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  const SegmentCheck check(space, {}, Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> zigzag;
+  for (int i = 0; i < 20; ++i) zigzag.emplace_back(1.0 + 0.1 * i, 3.0 + 0.05 * (i % 2), 1.5);
+  const auto smooth = smooth_path(check, zigzag, 6);
+  CHECK(smooth.front() == zigzag.front());
+  CHECK(smooth.back() == zigzag.back());
+  CHECK(smooth.size() == zigzag.size());
+  CHECK(std::abs(smooth[10].y() - smooth[11].y()) < 0.01);
+  // Where the mean would touch something, the path stays.
+  const std::vector<Eigen::Vector3d> through{{3.5, 5.2, 1.5}, {4.0, 6.2, 1.5}, {4.5, 5.2, 1.5}};
+  CHECK(smooth_path(check, through, 6) == through);
+}
+
+TEST_CASE("agents that do not know what they do answer honestly", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  PlanRequest request;
+  request.start_m = {2.05, 2.05, 1.05};
+  request.goal_m = {6.05, 2.05, 1.05};
+  for (const bool plane : {true, false}) {
+    AgentPlanner planner(testing::random_agent(plane ? AgentInput::slice() : AgentInput::volume()));
+    const PlanResult result = planner.plan(space, request);
+    CHECK((result.status == PlanStatus::kLocalMinimum || result.status == PlanStatus::kNoPath));
+    CHECK(result.path_m.empty());
+  }
+}
+
+TEST_CASE("a model of another kind is refused", "[agent]") {
+  nn::Model model = testing::random_agent(AgentInput::slice());
+  model.input = AgentInput::volume().text();
+  CHECK_THROWS_WITH(AgentPlanner(model), Catch::Contains("not what the agent is shown"));
+  model = testing::random_agent(AgentInput::slice());
+  model.network.head = nn::Head::kValues;
+  CHECK_THROWS_WITH(AgentPlanner(model), Catch::Contains("no direction"));
+  CHECK_THROWS_WITH(AgentPlanner::load("agent3d", "/no/such/folder"), Catch::Contains("path3d.model"));
+}
+
+TEST_CASE("the shipped agents find their way through a door", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  for (const char* name : {"agent2d", "agent3d"}) {
+    const auto planner = make_planner(name, kModels);
+    CHECK(planner->name() == name);
+    PlanRequest request;
+    request.start_m = {2.05, 2.05, 1.05};
+    request.goal_m = {6.05, 2.05, 1.05};
+    const PlanResult result = planner->plan(space, request);
+    REQUIRE(result.status == PlanStatus::kReached);
+    CHECK(result.path_m.front() == request.start_m);
+    CHECK((result.path_m.back() - request.goal_m).norm() < 1e-9);
+    CHECK(SafetyCheck().check_path(space, result.path_m).safe());
+    CHECK(planner->plan(space, request).path_m == result.path_m);
+    request.goal_m.z() = 2.05;
+    const bool another_layer = planner->plan(space, request).status == PlanStatus::kReached;
+    CHECK(another_layer == (std::string_view(name) == "agent3d"));
+  }
+}
