@@ -48,7 +48,7 @@ std::map<std::string, std::string> read_header(std::istream& in) {
     }
     fields[line.substr(0, colon)] = line.substr(colon + 2);
   }
-  if (line != "end") throw InputError("truncated header");
+  if (line != "end" || in.eof()) throw InputError("truncated header");
   return fields;
 }
 

@@ -8,6 +8,8 @@
 #include "planning3d/safety_check.hpp"
 #include "planning3d/shorten_path.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
