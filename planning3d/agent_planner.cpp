@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "planning3d/plan_ends.hpp"
 #include "planning3d/shorten_path.hpp"
+#include "planning3d/slice_legs.hpp"
 
 #include <algorithm>
 
@@ -123,6 +124,24 @@ Eigen::Vector3d AgentPlanner::direction(const Observation& seen) {
   return turned(direction_of(network_.spec().head, input_.plane, outputs_), seen.yaw_rad);
 }
 
+PlanStatus AgentPlanner::fly(const FreeSpace& space, const SegmentCheck& check, const PlanRequest& request,
+                             const Eigen::Vector3d& goal_m, std::vector<Eigen::Vector3d>& path_m, std::size_t& looks) {
+  const Eigen::Vector3d start_m = path_m.back();
+  field_.compute(space, check, goal_m, start_m);
+  view_.begin(space, request.keep_out, field_);
+  Rollout rollout(check, view_, field_, config_.rollout, start_m);
+  while (rollout.look(seen_)) {
+    if (looks++ >= request.max_expansions) return PlanStatus::kTimedOut;
+    rollout.move(direction(seen_));
+  }
+  last_end_ = rollout.end();
+  if (last_end_ == RolloutEnd::kNoProgress || last_end_ == RolloutEnd::kTooLong) return PlanStatus::kLocalMinimum;
+  if (last_end_ != RolloutEnd::kReached) return PlanStatus::kNoPath;
+  const std::vector<Eigen::Vector3d> flown_m = smooth_path(check, rollout.path_m(), config_.smoothings);
+  path_m.insert(path_m.end(), flown_m.begin() + 1, flown_m.end());
+  return PlanStatus::kReached;
+}
+
 PlanResult AgentPlanner::plan(const FreeSpace& space, const PlanRequest& request) {
   PlanResult result;
   const SegmentCheck check(space, request.keep_out, request.start_m);
@@ -132,25 +151,26 @@ PlanResult AgentPlanner::plan(const FreeSpace& space, const PlanRequest& request
   result.status = PlanStatus::kNoPath;
   last_end_ = RolloutEnd::kNoWay;
   const bool slice = request.rule.kind == MotionRule::Kind::kSlice;
-  if (input_.plane ? ends.start.z != ends.goal.z : slice) return result;
-  if (input_.plane) ends.goal_m.z() = ends.start_m.z();
-  field_.compute(space, check, ends.goal_m, ends.start_m);
-  view_.begin(space, request.keep_out, field_);
-  Rollout rollout(check, view_, field_, config_.rollout, ends.start_m);
-  while (rollout.look(seen_)) {
-    if (result.expansions++ >= request.max_expansions) {
-      result.status = PlanStatus::kTimedOut;
+  if (input_.plane ? !slice && ends.start.z != ends.goal.z : slice) return result;
+  std::vector<Eigen::Vector3d> legs_m{ends.start_m, ends.goal_m};
+  if (input_.plane && ends.start.z != ends.goal.z) {
+    legs_m = slice_legs(space, check, request.rule, ends.start_m, ends.goal_m, costs_);
+    if (legs_m.empty()) return result;
+  }
+  std::vector<Eigen::Vector3d> path_m{request.start_m};
+  if (ends.start_m != request.start_m) path_m.push_back(ends.start_m);
+  for (std::size_t i = 1; i < legs_m.size(); ++i) {
+    const bool straight = input_.plane && (legs_m[i] - legs_m[i - 1]).head<2>().norm() < 1e-6;
+    Eigen::Vector3d to_m = legs_m[i];
+    if (input_.plane && !straight) to_m.z() = path_m.back().z();
+    const PlanStatus status =
+        straight ? PlanStatus::kReached : fly(space, check, request, to_m, path_m, result.expansions);
+    if (status != PlanStatus::kReached) {
+      result.status = status;
       return result;
     }
-    rollout.move(direction(seen_));
+    if (path_m.back() != legs_m[i] || path_m.size() == 1) path_m.push_back(legs_m[i]);
   }
-  last_end_ = rollout.end();
-  if (last_end_ == RolloutEnd::kNoProgress || last_end_ == RolloutEnd::kTooLong) {
-    result.status = PlanStatus::kLocalMinimum;
-  }
-  if (last_end_ != RolloutEnd::kReached) return result;
-  std::vector<Eigen::Vector3d> path_m = smooth_path(check, rollout.path_m(), config_.smoothings);
-  if (ends.start_m != request.start_m) path_m.insert(path_m.begin(), request.start_m);
   result.status = PlanStatus::kReached;
   result.length_m = path_length_m(path_m);
   result.path_m = std::move(path_m);

@@ -3,6 +3,7 @@
 #include "learning/nn/model_file.hpp"
 #include "planning3d/agent_view.hpp"
 #include "planning3d/planner.hpp"
+#include "planning3d/travel_costs.hpp"
 
 #include <filesystem>
 #include <string>
@@ -52,9 +53,10 @@ class Rollout {
   RolloutEnd end_ = RolloutEnd::kNoWay;
 };
 
-/// A learned agent as a planner: `agent2d` in the layer of start and goal, `agent3d` anywhere. What it answers is only
+/// A learned agent as a planner: `agent2d` in layers (by the slice rule also from one to another: straight up and down
+/// where `slice_legs` says), `agent3d` anywhere. What it answers is only
 /// what its network flew without touching anything; kLocalMinimum when it lost its way, kNoPath when it touched
-/// something or there is no way (or, for the slice agent, the goal is in another layer).
+/// something or there is no way (or, for the slice agent by the volume rule, the goal is in another layer).
 class AgentPlanner final : public Planner {
  public:
   struct Config {
@@ -78,8 +80,13 @@ class AgentPlanner final : public Planner {
   Config config_;
   AgentInput input_;
   nn::Network network_;
+  /// One flight; its path is added to `path_m`, which ends where it starts.
+  PlanStatus fly(const FreeSpace& space, const SegmentCheck& check, const PlanRequest& request,
+                 const Eigen::Vector3d& goal_m, std::vector<Eigen::Vector3d>& path_m, std::size_t& looks);
+
   ArrivalField field_;
   AgentView view_;
+  TravelCosts costs_;
   Observation seen_;
   std::vector<float> outputs_;
   RolloutEnd last_end_ = RolloutEnd::kNoWay;

@@ -7,6 +7,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -111,5 +112,56 @@ TEST_CASE("the shipped agents find their way through a door", "[agent]") {
     request.goal_m.z() = 2.05;
     const bool another_layer = planner->plan(space, request).status == PlanStatus::kReached;
     CHECK(another_layer == (std::string_view(name) == "agent3d"));
+  }
+}
+
+TEST_CASE("the slice agent changes layers where there is an opening", "[agent]") {
+  train::VoxelScene scene(Aabb{{0, 0, 0}, {8, 8, 5}}, 0.1);
+  scene.fill(Aabb{{0, 0, 2.4}, {8, 8, 2.6}}, true);
+  scene.fill(Aabb{{5.5, 5.5, 2.4}, {6.9, 6.9, 2.6}}, false);
+  const train::TrainingWorld world(scene, Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  PlanRequest request;
+  request.start_m = {2.05, 2.05, 1.05};
+  request.goal_m = {2.05, 3.05, 3.55};
+  request.rule = MotionRule::slice({1.05, 3.55});
+  const auto planner = make_planner("agent2d", kModels);
+  const PlanResult result = planner->plan(space, request);
+  REQUIRE(result.status == PlanStatus::kReached);
+  CHECK(SafetyCheck().check_path(space, result.path_m).safe());
+  CHECK(result.path_m.back() == request.goal_m);
+  for (std::size_t i = 1; i < result.path_m.size(); ++i) {
+    const Eigen::Vector3d leg = result.path_m[i] - result.path_m[i - 1];
+    const bool level = std::abs(leg.z()) < 1e-9, upright = leg.head<2>().norm() < 1e-9;
+    CHECK((level || upright));
+    const double z = result.path_m[i].z();
+    if (level) CHECK((std::abs(z - 1.05) < 1e-9 || std::abs(z - 3.55) < 1e-9));
+  }
+  request.start_m.z() = 1.35;  // between layers: first to the nearest
+  CHECK(planner->plan(space, request).status == PlanStatus::kReached);
+  const train::VoxelScene closed = [&] {
+    train::VoxelScene other = scene;
+    other.fill(Aabb{{0, 0, 2.4}, {8, 8, 2.6}}, true);
+    return other;
+  }();
+  const train::TrainingWorld no_way(closed, Robot{0.25, 0.0});
+  CHECK(planner->plan(no_way.space(), request).status == PlanStatus::kNoPath);
+}
+
+TEST_CASE("one look of the shipped agents is quick to answer", "[agent]") {
+  for (const char* agent : {"path2d", "path3d"}) {
+    const nn::Model model = nn::read_model(kModels / (std::string(agent) + ".model"), agent);
+    CHECK(model.parameters.size() <= 350'000);
+    nn::Network network(model.network, model.parameters);
+    const auto inputs = testing::random_inputs(model.network, 64, 1);
+    std::vector<float> outputs(64 * static_cast<std::size_t>(model.network.outputs));
+    double least_ms = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 10; ++i) {
+      const std::clock_t begin = std::clock();
+      network.infer_batch(64, inputs.windows, inputs.features, outputs);
+      least_ms = std::min(least_ms, 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / 64);
+    }
+    WARN(agent << ": " << least_ms << " ms a window, " << model.parameters.size() << " parameters");
+    CHECK(least_ms < 10.0);  // sanitizers take their time; 0.5 ms is what is wanted
   }
 }
