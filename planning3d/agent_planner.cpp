@@ -73,17 +73,22 @@ bool Rollout::look(Observation& seen) {
 }
 
 void Rollout::move(const Eigen::Vector3d& direction) {
-  Eigen::Vector3d mixed = direction.normalized() + config_.keep * last_;
-  if (!(mixed.norm() > 1e-3)) mixed = direction;
-  last_ = mixed.normalized();
-  const Eigen::Vector3d to_m = path_m_.back() + config_.step_m * last_;
-  if (!check_->segment_free(path_m_.back(), to_m)) {
-    finish(RolloutEnd::kCollision);
-    return;
+  const Eigen::Vector3d wanted = direction.normalized();
+  Eigen::Vector3d mixed = wanted + config_.keep * last_;
+  mixed = mixed.norm() > 1e-3 ? mixed.normalized() : wanted;
+  const Eigen::Vector3d at_m = path_m_.back();
+  for (double step_m = config_.step_m; step_m >= config_.least_step_m; step_m *= 0.5) {
+    for (const Eigen::Vector3d& tried : {mixed, wanted}) {
+      const Eigen::Vector3d to_m = at_m + step_m * tried;
+      if (!check_->segment_free(at_m, to_m)) continue;
+      path_m_.push_back(to_m);
+      last_ = tried;
+      flown_m_ += step_m;
+      since_least_m_ += step_m;
+      return;
+    }
   }
-  path_m_.push_back(to_m);
-  flown_m_ += config_.step_m;
-  since_least_m_ += config_.step_m;
+  finish(RolloutEnd::kCollision);
 }
 
 void require_fitting(const AgentInput& input, const nn::NetworkSpec& network) {

@@ -14,8 +14,9 @@ namespace stairwell::planning3d {
 /// How a learned agent flies (Alg. 4.2): step by step where its network points.
 struct RolloutConfig {
   double step_m = 0.12;        ///< SPEC A5
+  double least_step_m = 0.03;  ///< a step that does not fit is halved down to this; then it is a collision
   double keep = 0.3;           ///< of the last direction in the next one
-  double goal_reach_m = 0.24;  ///< from here on the goal itself is the next step
+  double goal_reach_m = 0.5;   ///< from here on the goal itself is the next step, if nothing is between
   double patience_m = 6.0;     ///< flown without coming nearer to the goal than before: a local minimum
   double detour = 3.0;         ///< the flight ends after so many times the way that was left at its start
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace stairwell::planning3d {
 
@@ -63,21 +64,24 @@ float ArrivalField::slowness(const FreeSpace& space, const SegmentCheck& check, 
   float& known = slowness_[linear(c)];
   if (known != 0.0F) return known;
   int most = -1;  // squared cells to the nearest obstacle, at the best voxel
+  int free = 0;
   const int deep = config_.plane ? 1 : stride_;
   for (int z = 0; z < deep; ++z) {
     for (int y = 0; y < stride_; ++y) {
       for (int x = 0; x < stride_; ++x) {
         const VoxelIndex v{c[0] * stride_ + x, c[1] * stride_ + y, c[2] * stride_ + z + first_z_};
-        if (check.voxel_free(v)) most = std::max(most, static_cast<int>(space.blocked_distance().squared_cells(v)));
+        if (!check.voxel_free(v)) continue;
+        ++free;
+        most = std::max(most, static_cast<int>(space.blocked_distance().squared_cells(v)));
       }
     }
   }
-  if (most < 0) return known = kImpassable;
+  if (2 * free < deep * stride_ * stride_) return known = kImpassable;
   if (config_.clearance_weight <= 0.0) return known = 1.0F;
   const double beyond_m =
       std::sqrt(static_cast<double>(most)) * space.grid().resolution_m() - space.robot().clearance_m();
   const double nearness = std::clamp(1.0 - beyond_m / config_.comfort_m, 0.0, 1.0);
-  return known = static_cast<float>(1.0 + config_.clearance_weight * nearness);
+  return known = static_cast<float>(1.0 + config_.clearance_weight * nearness * nearness);
 }
 
 void ArrivalField::push(std::size_t cell, float arrival) {
@@ -148,10 +152,22 @@ void ArrivalField::spread(const FreeSpace& space, const SegmentCheck& check, con
         const float arrival = solve(n, slow);
         if (arrival < at(n) - kLeastGain) push(linear(n), arrival);
       }
+      if (config_.plane) spread_diagonally(space, check, c);
     }
     bucket.clear();
     const float spare = static_cast<float>(config_.spare_m / cell_m_);
     if (bounded && static_cast<float>(turn_) > (at(start) + spare) * kBucketsPerCell) break;
+  }
+}
+
+/// Planners may pass between two obstacles that touch in a corner, so the field must.
+void ArrivalField::spread_diagonally(const FreeSpace& space, const SegmentCheck& check, const Cell& c) {
+  for (int corner = 0; corner < 4; ++corner) {
+    const Cell n{c[0] + ((corner & 1) != 0 ? 1 : -1), c[1] + ((corner & 2) != 0 ? 1 : -1), c[2]};
+    if (!inside(n)) continue;
+    const float slow = slowness(space, check, n);
+    const float arrival = at(c) + std::numbers::sqrt2_v<float> * slow;
+    if (slow > 0.0F && arrival < at(n) - kLeastGain) push(linear(n), arrival);
   }
 }
 

@@ -14,8 +14,8 @@ namespace stairwell::planning3d {
 
 /// The way that is left to a goal, over the whole free space, as a smooth function T of the place: |grad T| = slowness
 /// (eikonal equation), solved upwind on a lattice (Sethian 1996), so that its descent bends freely and does not follow
-/// the lattice's 26 directions. Slowness is 1, or 1 + weight * nearness as in AstarPlanner. Impassable: voxels that
-/// SegmentCheck refuses. Bitwise repeatable. Memory is kept between calls.
+/// the lattice's 26 directions. Slowness is 1 + weight * nearness^2. Impassable: cells of whose voxels SegmentCheck
+/// refuses more than half. Bitwise repeatable. Memory is kept between calls.
 class ArrivalField {
  public:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -60,6 +60,7 @@ class ArrivalField {
   float solve(const Cell& c, float slowness) const;
   void start_from(const FreeSpace& space, const SegmentCheck& check);
   void spread(const FreeSpace& space, const SegmentCheck& check, const Cell& start);
+  void spread_diagonally(const FreeSpace& space, const SegmentCheck& check, const Cell& c);
   void push(std::size_t cell, float arrival);
   Eigen::Vector3d downhill(const Cell& c) const;
   bool lowest_around(const Eigen::Vector3d& at_m, Cell& found) const;

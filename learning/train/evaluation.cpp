@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "learning/train/teacher.hpp"
 #include "learning/train/training_world.hpp"
 #include "planning3d/agent_planner.hpp"
 #include "planning3d/astar_planner.hpp"
@@ -27,27 +28,32 @@ namespace {
 constexpr double kStep_m = 0.12;
 constexpr double kSolidReach_m = 2.0;
 
-/// Follows the way that the agent is shown.
-class WayFollower final : public planning3d::Planner {
+/// Flies as the agents do, without a network: down the way that they are shown, or where the teacher points.
+class Follower final : public planning3d::Planner {
  public:
-  explicit WayFollower(bool plane)
-      : input_(plane ? planning3d::AgentInput::slice() : planning3d::AgentInput::volume()) {
+  Follower(bool plane, bool taught)
+      : input_(plane ? planning3d::AgentInput::slice() : planning3d::AgentInput::volume()),
+        taught_(taught),
+        teacher_(Teacher::Config{.plane = plane}) {
     input_.samples = {1, 1, 1};  // looks at nothing
     input_.spacings_m = {0.1};
   }
-  std::string_view name() const override { return "way"; }
+  std::string_view name() const override { return taught_ ? "teacher" : "way"; }
   PlanResult plan(const FreeSpace& space, const PlanRequest& request) override {
     PlanResult result;
     const planning3d::SegmentCheck check(space, request.keep_out, request.start_m);
-    planning3d::ArrivalField::Config config;
-    config.plane = input_.plane;
-    planning3d::ArrivalField field(config);
+    planning3d::ArrivalField field({.plane = input_.plane});
     field.compute(space, check, request.goal_m, request.start_m);
+    if (taught_) teacher_.begin(space, check, request.goal_m);
     planning3d::AgentView view(input_);
     view.begin(space, request.keep_out, field);
     planning3d::Rollout rollout(check, view, field, {}, request.start_m);
     planning3d::Observation seen;
-    while (rollout.look(seen)) rollout.move(view.way_ahead());
+    while (rollout.look(seen)) {
+      Eigen::Vector3d direction = view.way_ahead();
+      if (taught_ && !teacher_.direction(rollout.path_m().back(), direction)) return result;
+      rollout.move(direction);
+    }
     if (rollout.end() != planning3d::RolloutEnd::kReached) return result;
     result.path_m = planning3d::smooth_path(check, rollout.path_m(), 8);
     result.length_m = planning3d::path_length_m(result.path_m);
@@ -57,6 +63,8 @@ class WayFollower final : public planning3d::Planner {
 
  private:
   planning3d::AgentInput input_;
+  bool taught_;
+  Teacher teacher_;
 };
 
 /// Metres from a point to the nearest solid voxel's face, about: trilinear, less half a voxel.
@@ -220,9 +228,9 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
   }
   const auto agent = std::make_shared<planning3d::AgentPlanner>(model);
   const auto astar = planning3d::make_planner("astar");
-  WayFollower way(suite.plane);
+  Follower way(suite.plane, false), teacher(suite.plane, true);
   const planning3d::SafetyCheck check;
-  Tally raw("agent"), net("agent+net"), search("astar"), follower("way");
+  Tally raw("agent"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
   std::map<std::string, int> failures;
   const auto now_s = [&] { return options.clock_s ? options.clock_s() : 0.0; };
   const auto all = static_cast<std::size_t>(suite.worlds) * static_cast<std::size_t>(suite.tasks_per_world);
@@ -243,6 +251,8 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
       const double t2 = now_s();
       const PlanResult followed = way.plan(space, request);
       const double t3 = now_s();
+      const PlanResult shown = teacher.plan(space, request);
+      const double t4 = now_s();
       std::string reason = to_string(agent->last_end());
       if (plan.status == PlanStatus::kReached && !check.check_path(space, plan.path_m).safe()) {
         plan = {};
@@ -254,11 +264,12 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
       net.add(fell_back ? searched : plan, optimum_m, *solid, (t1 - t0) + (fell_back ? t2 - t1 : 0.0));
       search.add(searched, optimum_m, *solid, t2 - t1);
       follower.add(followed, optimum_m, *solid, t3 - t2);
+      taught.add(shown, optimum_m, *solid, t4 - t3);
       if (options.progress) options.progress(done, all);
     }
     if (options.interrupted && options.interrupted()) break;
   }
-  EvaluationResult result{raw.finish(), net.finish(), search.finish(), follower.finish(), {}};
+  EvaluationResult result{raw.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
   for (const auto& [reason, count] : failures) result.failures.push_back(reason + ": " + std::to_string(count));
   return result;
 }

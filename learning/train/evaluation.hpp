@@ -49,6 +49,7 @@ struct EvaluationResult {
   PlannerFigures net;                 ///< with the safety check and A* behind it
   PlannerFigures astar;               ///< on the same tasks
   PlannerFigures way;                 ///< the field that the agent is shown, followed without a network
+  PlannerFigures teacher;             ///< what the agent was taught by, flown in the same steps
   std::vector<std::string> failures;  ///< of the agent alone, by reason and how often
 };
 

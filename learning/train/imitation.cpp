@@ -21,8 +21,8 @@ constexpr int kGoalsPerWorld = 4;
 constexpr int kFlightsPerGoal = 10;
 constexpr int kRecovery = 6;  // steps that the teacher flies after the student has touched something
 constexpr double kStep_m = 0.12;
-constexpr double kReach_m = 0.2;
-constexpr double kKeep = 0.3;  // as in planning3d::RolloutConfig
+constexpr double kReach_m = 0.2;  // of the goal
+constexpr double kKeep = 0.3;     // as in planning3d::RolloutConfig
 
 ImitationConfig checked(const ImitationConfig& config) {
   if (const auto list = config.problems(); !list.empty()) throw InputError("training: " + list.front());
@@ -190,7 +190,7 @@ void Imitation::fly(Flight& flight, Rng& rng, RoundReport& report) {
       break;
     }
     view_.look(flight.at_m, seen_);
-    const bool kept = rng.uniform() < kKeptShare;
+    const bool kept = rng.uniform() < kKeptShare || seen_.features[kClearance] < kTight;
     const bool student = flight.student && recovering == 0;
     Eigen::Vector3d right = Eigen::Vector3d::UnitX();
     if ((kept || !student) && !teacher_.direction(flight.at_m, right)) break;
