@@ -16,7 +16,9 @@ using planning3d::SegmentCheck;
 namespace {
 
 constexpr std::uint64_t kBcRounds = 4;  // DAgger's first rounds: the teacher flies
-constexpr double kKeptShare = 0.5;      // of all looks that are kept: neighbours are much the same
+constexpr double kKeptShare = 0.4;      // of all looks that are kept: neighbours are much the same
+constexpr std::size_t kClearance = 15;  // its place among the features
+constexpr float kTight = 0.2F;          // clearance (as a feature) below which all are kept
 constexpr int kGoalsPerWorld = 4;
 constexpr int kFlightsPerGoal = 10;
 constexpr int kRecovery = 6;  // steps that the teacher flies after the student has touched something
