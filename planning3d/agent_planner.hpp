@@ -54,6 +54,9 @@ class Rollout {
   RolloutEnd end_ = RolloutEnd::kNoWay;
 };
 
+/// Rounds of `smooth_path` after a flight.
+inline constexpr int kSmoothings = 40;
+
 /// A learned agent as a planner: `agent2d` in layers (by the slice rule also from one to another: straight up and down
 /// where `slice_legs` says), `agent3d` anywhere. What it answers is only
 /// what its network flew without touching anything; kLocalMinimum when it lost its way, kNoPath when it touched
@@ -62,7 +65,7 @@ class AgentPlanner final : public Planner {
  public:
   struct Config {
     RolloutConfig rollout;
-    int smoothings = 8;  ///< rounds of taking means along the path, kept where it stays free
+    int smoothings = kSmoothings;
   };
   /// @throws InputError for a model that is not one of a path agent
   explicit AgentPlanner(const nn::Model& model);
@@ -96,7 +99,8 @@ class AgentPlanner final : public Planner {
 /// Checks that a network fits what it is to be shown. @throws InputError
 void require_fitting(const AgentInput& input, const nn::NetworkSpec& network);
 
-/// The same path with means of neighbouring points taken, for as many of the rounds as leave every segment free.
+/// The same path with means of neighbouring points taken so many times; points stay where their segments would touch
+/// something. Ends stay.
 std::vector<Eigen::Vector3d> smooth_path(const SegmentCheck& check, std::vector<Eigen::Vector3d> path_m, int rounds);
 
 }  // namespace stairwell::planning3d

@@ -76,7 +76,7 @@ float ArrivalField::slowness(const FreeSpace& space, const SegmentCheck& check, 
       }
     }
   }
-  if (2 * free < deep * stride_ * stride_) return known = kImpassable;
+  if (narrow_ ? free == 0 : 2 * free < deep * stride_ * stride_) return known = kImpassable;
   if (config_.clearance_weight <= 0.0) return known = 1.0F;
   const double beyond_m =
       std::sqrt(static_cast<double>(most)) * space.grid().resolution_m() - space.robot().clearance_m();
@@ -171,22 +171,29 @@ void ArrivalField::spread_diagonally(const FreeSpace& space, const SegmentCheck&
   }
 }
 
+ArrivalField::Cell ArrivalField::cell_to_reach(const FreeSpace& space, const SegmentCheck& check,
+                                               const Eigen::Vector3d& start_m) {
+  const Cell none{-1, -1, -1};
+  if (!start_m.allFinite()) return none;
+  const Cell start = cell_at(start_m);
+  if (inside(start) && slowness(space, check, start) > 0.0F) return start;
+  for (const auto& face : kFaces) {
+    const Cell n{start[0] + face[0], start[1] + face[1], start[2] + face[2]};
+    if (inside(n) && slowness(space, check, n) > 0.0F) return n;
+  }
+  return none;
+}
+
 void ArrivalField::compute(const FreeSpace& space, const SegmentCheck& check, const Eigen::Vector3d& goal_m,
                            const Eigen::Vector3d& start_m) {
-  resize(space, goal_m);
-  start_from(space, check);
-  Cell start{-1, -1, -1};
-  if (start_m.allFinite() && !lowest_around(start_m, start)) {
-    start = cell_at(start_m);
-    // A start beside the passable cells is reached when a neighbour is.
-    for (const auto& face : kFaces) {
-      const Cell n{start[0] + face[0], start[1] + face[1], start[2] + face[2]};
-      if (inside(start) && slowness(space, check, start) > 0.0F) break;
-      if (inside(n) && slowness(space, check, n) > 0.0F) start = n;
-    }
-    if (!inside(start) || slowness(space, check, start) < 0.0F) start = {-1, -1, -1};
+  for (const bool narrow : {false, true}) {
+    narrow_ = narrow;
+    resize(space, goal_m);
+    start_from(space, check);
+    spread(space, check, cell_to_reach(space, check, start_m));
+    Cell near;
+    if (!start_m.allFinite() || lowest_around(start_m, near)) return;
   }
-  spread(space, check, start);
 }
 
 bool ArrivalField::lowest_around(const Eigen::Vector3d& at_m, Cell& found) const {

@@ -15,7 +15,8 @@ namespace stairwell::planning3d {
 /// The way that is left to a goal, over the whole free space, as a smooth function T of the place: |grad T| = slowness
 /// (eikonal equation), solved upwind on a lattice (Sethian 1996), so that its descent bends freely and does not follow
 /// the lattice's 26 directions. Slowness is 1 + weight * nearness^2. Impassable: cells of whose voxels SegmentCheck
-/// refuses more than half. Bitwise repeatable. Memory is kept between calls.
+/// refuses more than half, or all where there is no other way to the start. Bitwise repeatable. Memory is kept between
+/// calls.
 class ArrivalField {
  public:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -55,6 +56,7 @@ class ArrivalField {
   Cell cell_at(const Eigen::Vector3d& at_m) const;
   Eigen::Vector3d center_m(const Cell& c) const;
   float at(const Cell& c) const { return inside(c) ? arrival_[linear(c)] : kFar; }
+  Cell cell_to_reach(const FreeSpace& space, const SegmentCheck& check, const Eigen::Vector3d& start_m);
   void resize(const FreeSpace& space, const Eigen::Vector3d& goal_m);
   float slowness(const FreeSpace& space, const SegmentCheck& check, const Cell& c);
   float solve(const Cell& c, float slowness) const;
@@ -84,6 +86,7 @@ class ArrivalField {
   };
   std::array<std::vector<Waiting>, kBuckets> buckets_;
   std::uint32_t turn_ = 0;
+  bool narrow_ = false;  ///< one free voxel makes a cell passable
 };
 
 }  // namespace stairwell::planning3d

@@ -55,7 +55,7 @@ class Follower final : public planning3d::Planner {
       rollout.move(direction);
     }
     if (rollout.end() != planning3d::RolloutEnd::kReached) return result;
-    result.path_m = planning3d::smooth_path(check, rollout.path_m(), 8);
+    result.path_m = planning3d::smooth_path(check, rollout.path_m(), planning3d::kSmoothings);
     result.length_m = planning3d::path_length_m(result.path_m);
     result.status = PlanStatus::kReached;
     return result;
