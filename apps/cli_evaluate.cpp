@@ -120,7 +120,8 @@ ordered_json report_of(const EvaluationSuite& suite, const nn::Model& model, con
       {"mean_turn_deg", result.raw.mean_turn_deg},
       {"plan_ms", result.raw.plan_ms},
       {"failures", result.failures}};
-  for (const PlannerFigures* f : {&result.raw, &result.net, &result.astar, &result.way, &result.teacher}) {
+  for (const PlannerFigures* f :
+       {&result.raw, &result.slide, &result.net, &result.astar, &result.way, &result.teacher}) {
     report["planners"][f->planner] = figures_json(*f);
   }
   return report;
@@ -132,7 +133,8 @@ void print_table(std::ostream& out, const EvaluationSuite& suite, const train::E
                 result.raw.episodes, "planner", "success", "length", "clearance m", "(least) m", "turn deg", "ms",
                 "max ms");
   out << line;
-  for (const PlannerFigures* f : {&result.raw, &result.net, &result.astar, &result.way, &result.teacher}) {
+  for (const PlannerFigures* f :
+       {&result.raw, &result.slide, &result.net, &result.astar, &result.way, &result.teacher}) {
     std::snprintf(line, sizeof line, "%-12s %8.2f%% %9.3f %12.3f %12.3f %9.2f %9.2f %9.2f\n", f->planner.c_str(),
                   100.0 * f->success, f->length_over_optimum, f->min_clearance_m, f->least_clearance_m,
                   f->mean_turn_deg, f->plan_ms, f->max_plan_ms);

@@ -1,11 +1,15 @@
 #include "planning3d/agent_planner.hpp"
 
 #include "core/errors.hpp"
+#include "core/units.hpp"
 #include "planning3d/plan_ends.hpp"
 #include "planning3d/shorten_path.hpp"
 #include "planning3d/slice_legs.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <cmath>
 
 namespace stairwell::planning3d {
 
@@ -72,23 +76,41 @@ bool Rollout::look(Observation& seen) {
   return true;
 }
 
+bool Rollout::try_step(const Eigen::Vector3d& direction, double step_m) {
+  const Eigen::Vector3d to_m = path_m_.back() + step_m * direction;
+  if (!check_->segment_free(path_m_.back(), to_m)) return false;
+  path_m_.push_back(to_m);
+  last_ = direction;
+  flown_m_ += step_m;
+  since_least_m_ += step_m;
+  return true;
+}
+
 void Rollout::move(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d wanted = direction.normalized();
   Eigen::Vector3d mixed = wanted + config_.keep * last_;
   mixed = mixed.norm() > 1e-3 ? mixed.normalized() : wanted;
-  const Eigen::Vector3d at_m = path_m_.back();
   for (double step_m = config_.step_m; step_m >= config_.least_step_m; step_m *= 0.5) {
-    for (const Eigen::Vector3d& tried : {mixed, wanted}) {
-      const Eigen::Vector3d to_m = at_m + step_m * tried;
-      if (!check_->segment_free(at_m, to_m)) continue;
-      path_m_.push_back(to_m);
-      last_ = tried;
-      flown_m_ += step_m;
-      since_least_m_ += step_m;
-      return;
+    if (try_step(mixed, step_m) || try_step(wanted, step_m)) return;
+  }
+  if (!config_.slide || !slide_along(wanted)) finish(RolloutEnd::kCollision);
+}
+
+bool Rollout::slide_along(const Eigen::Vector3d& wanted) {
+  constexpr int kAround = 8;
+  const bool plane = view_->input().plane;
+  const Eigen::Vector3d side = std::abs(wanted.z()) < 0.9 ? Eigen::Vector3d(-wanted.y(), wanted.x(), 0.0).normalized()
+                                                          : Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d up = wanted.cross(side);
+  for (const double off_deg : {20.0, 40.0, 60.0, 80.0}) {
+    const double off = rad_from_deg(off_deg);
+    for (int i = 0; i < kAround; i += plane ? kAround / 2 : 1) {
+      const double around = 2.0 * kPi * i / kAround;
+      const Eigen::Vector3d tilted = std::cos(around) * side + std::sin(around) * up;
+      if (try_step(std::cos(off) * wanted + std::sin(off) * tilted, 0.5 * config_.step_m)) return true;
     }
   }
-  finish(RolloutEnd::kCollision);
+  return false;
 }
 
 void require_fitting(const AgentInput& input, const nn::NetworkSpec& network) {

@@ -17,8 +17,11 @@ struct RolloutConfig {
   double least_step_m = 0.03;  ///< a step that does not fit is halved down to this; then it is a collision
   double keep = 0.3;           ///< of the last direction in the next one
   double goal_reach_m = 0.5;   ///< from here on the goal itself is the next step, if nothing is between
-  double patience_m = 6.0;     ///< flown without coming nearer to the goal than before: a local minimum
-  double detour = 3.0;         ///< the flight ends after so many times the way that was left at its start
+  /// Where not even the least step fits: the free direction next to the network's, up to 80 degrees off. Without it the
+  /// flight ends there as a collision.
+  bool slide = true;
+  double patience_m = 6.0;  ///< flown without coming nearer to the goal than before: a local minimum
+  double detour = 3.0;      ///< the flight ends after so many times the way that was left at its start
 };
 
 enum class RolloutEnd { kReached, kCollision, kNoProgress, kTooLong, kNoWay };
@@ -42,6 +45,8 @@ class Rollout {
 
  private:
   bool finish(RolloutEnd end);
+  bool try_step(const Eigen::Vector3d& direction, double step_m);
+  bool slide_along(const Eigen::Vector3d& wanted);
 
   const SegmentCheck* check_;
   AgentView* view_;

@@ -226,11 +226,13 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
   if (planning3d::AgentInput::parse(model.input).plane != suite.plane) {
     throw InputError("suite " + suite.name + ": for another agent than " + model.agent);
   }
-  const auto agent = std::make_shared<planning3d::AgentPlanner>(model);
+  planning3d::AgentPlanner::Config alone;
+  alone.rollout.slide = false;
+  planning3d::AgentPlanner agent(model, alone), sliding(model);
   const auto astar = planning3d::make_planner("astar");
   Follower way(suite.plane, false), teacher(suite.plane, true);
   const planning3d::SafetyCheck check;
-  Tally raw("agent"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
+  Tally raw("agent"), slide("agent+slide"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
   std::map<std::string, int> failures;
   const auto now_s = [&] { return options.clock_s ? options.clock_s() : 0.0; };
   const auto all = static_cast<std::size_t>(suite.worlds) * static_cast<std::size_t>(suite.tasks_per_world);
@@ -244,32 +246,28 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
       PlanRequest request;
       double optimum_m = 0.0;
       if (!find_task(suite, space, rng, request, optimum_m)) continue;
-      const double t0 = now_s();
-      PlanResult plan = agent->plan(space, request);
-      const double t1 = now_s();
-      const PlanResult searched = astar->plan(space, request);
-      const double t2 = now_s();
-      const PlanResult followed = way.plan(space, request);
-      const double t3 = now_s();
-      const PlanResult shown = teacher.plan(space, request);
-      const double t4 = now_s();
-      std::string reason = to_string(agent->last_end());
-      if (plan.status == PlanStatus::kReached && !check.check_path(space, plan.path_m).safe()) {
-        plan = {};
-        reason = "unsafe";
-      }
-      if (plan.status != PlanStatus::kReached) ++failures[reason];
-      raw.add(plan, optimum_m, *solid, t1 - t0);
-      const bool fell_back = plan.status != PlanStatus::kReached;
-      net.add(fell_back ? searched : plan, optimum_m, *solid, (t1 - t0) + (fell_back ? t2 - t1 : 0.0));
-      search.add(searched, optimum_m, *solid, t2 - t1);
-      follower.add(followed, optimum_m, *solid, t3 - t2);
-      taught.add(shown, optimum_m, *solid, t4 - t3);
+      const auto measure = [&](planning3d::Planner& planner, Tally& tally) {
+        const double begin_s = now_s();
+        PlanResult plan = planner.plan(space, request);
+        const double took_s = now_s() - begin_s;
+        if (plan.status == PlanStatus::kReached && !check.check_path(space, plan.path_m).safe()) plan = {};
+        tally.add(plan, optimum_m, *solid, took_s);
+        return std::pair(plan, took_s);
+      };
+      if (measure(agent, raw).first.status != PlanStatus::kReached) ++failures[to_string(agent.last_end())];
+      const auto slid = measure(sliding, slide);
+      const auto searched = measure(*astar, search);
+      const bool fell_back = slid.first.status != PlanStatus::kReached;
+      net.add(fell_back ? searched.first : slid.first, optimum_m, *solid,
+              slid.second + (fell_back ? searched.second : 0.0));
+      measure(way, follower);
+      measure(teacher, taught);
       if (options.progress) options.progress(done, all);
     }
     if (options.interrupted && options.interrupted()) break;
   }
-  EvaluationResult result{raw.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
+  EvaluationResult result{
+      raw.finish(), slide.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
   for (const auto& [reason, count] : failures) result.failures.push_back(reason + ": " + std::to_string(count));
   return result;
 }

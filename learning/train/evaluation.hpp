@@ -45,8 +45,9 @@ struct PlannerFigures {
 };
 
 struct EvaluationResult {
-  PlannerFigures raw;                 ///< the agent alone
-  PlannerFigures net;                 ///< with the safety check and A* behind it
+  PlannerFigures raw;                 ///< the agent alone: where it would touch something, it has failed
+  PlannerFigures slide;               ///< the agent as a planner: it slides along what it would touch
+  PlannerFigures net;                 ///< that, with the safety check and A* behind it
   PlannerFigures astar;               ///< on the same tasks
   PlannerFigures way;                 ///< the field that the agent is shown, followed without a network
   PlannerFigures teacher;             ///< what the agent was taught by, flown in the same steps
