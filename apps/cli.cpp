@@ -70,6 +70,8 @@ int run_program(const std::vector<std::string>& words, std::ostream& out, std::o
   describe(app);
   add_explore_command(app, context);
   add_plan_command(app, context);
+  add_train_command(app, context);
+  add_evaluate_command(app, context);
   add_world_commands(app, context);
   add_map_commands(app, context);
   add_report_command(app, context);

@@ -1,5 +1,6 @@
 #include "apps/atomic_file.hpp"
 #include "apps/commands.hpp"
+#include "apps/models_dir.hpp"
 #include "apps/option_values.hpp"
 #include "apps/plan_run.hpp"
 #include "apps/render.hpp"
@@ -186,8 +187,9 @@ void plan(const PlanWords& words, CommandContext& context) {
   options.deadline_ms = words.deadline_ms;
   options.fallback = words.fallback == "none" ? "" : words.fallback;
   if (!options.fallback.empty()) planning3d::resolve_fallback(options.fallback, {});
-  options.potential_field.experience = words.experience;
-  if (words.attraction == "geodesic") options.potential_field.attraction = planning3d::Attraction::kGeodesic;
+  options.planner_options.models_dir = models_dir();
+  options.planner_options.experience = words.experience;
+  if (words.attraction == "geodesic") options.planner_options.attraction = planning3d::Attraction::kGeodesic;
   options.progress = progress_of(words);
   options.interrupted = [&context] { return context.interrupted != 0; };
   options.keep_paths = single || !words.out.empty();

@@ -18,6 +18,8 @@ struct CommandContext {
 
 void add_explore_command(CLI::App& app, CommandContext& context);
 void add_plan_command(CLI::App& app, CommandContext& context);
+void add_train_command(CLI::App& app, CommandContext& context);
+void add_evaluate_command(CLI::App& app, CommandContext& context);
 void add_world_commands(CLI::App& app, CommandContext& context);
 void add_map_commands(CLI::App& app, CommandContext& context);
 void add_report_command(CLI::App& app, CommandContext& context);

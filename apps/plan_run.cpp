@@ -86,7 +86,7 @@ std::unique_ptr<Planner> planner_for(const std::string& name, const PlanTasks& t
   if (std::isfinite(tasks.comfort_m) && name == "theta") {
     return std::make_unique<planning3d::ThetaPlanner>(planning3d::ThetaPlanner::Config{1.0, tasks.comfort_m, true});
   }
-  return planning3d::make_planner(name, options.potential_field);
+  return planning3d::make_planner(name, options.planner_options);
 }
 
 PlanRequest request_of(const PlanTasks& tasks, const PlanTask& task) {

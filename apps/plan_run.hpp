@@ -51,7 +51,7 @@ struct PlanRunOptions {
   /// For each plan, of this thread's processor time, which other programs do not shorten; OMPL's planners then have no
   /// other limit. `NAME@MS` has its own. Infinite: none.
   double deadline_ms = std::numeric_limits<double>::infinity();
-  planning3d::PlannerOptions potential_field;  ///< of the planner `apf`
+  planning3d::PlannerOptions planner_options;
   std::string fallback;  ///< asked when a planner has no answer that passes the safety check; empty: nobody
 };
 

@@ -1,5 +1,6 @@
 #include "apps/run_config.hpp"
 
+#include "apps/models_dir.hpp"
 #include "apps/option_values.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -144,12 +145,12 @@ const std::vector<Entry>& task_entries() {
        "cone",
        [](RunConfig& c, const std::string& t) {
          using planning3d::Attraction;
-         c.fleet.potential_field.attraction =
+         c.fleet.planner_options.attraction =
              choice<Attraction>(t, {{"cone", Attraction::kCone}, {"geodesic", Attraction::kGeodesic}});
        }},
       {{"experience", "--experience", "on|off", "apf fills local minima"},
        "off",
-       [](RunConfig& c, const std::string& t) { c.fleet.potential_field.experience = parse_switch(t); }},
+       [](RunConfig& c, const std::string& t) { c.fleet.planner_options.experience = parse_switch(t); }},
       {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},
@@ -363,6 +364,7 @@ const std::vector<SettingKey>& setting_keys() {
 
 RunConfig resolve(Settings& settings) {
   RunConfig config;
+  config.fleet.planner_options.models_dir = models_dir();
   const std::vector<Entry> entries = all_entries();
   for (const Entry& entry : entries) {
     if (!entry.fallback.empty()) set_default(settings, std::string(entry.key.key), entry.fallback);

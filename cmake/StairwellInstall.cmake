@@ -6,8 +6,10 @@ include(CMakePackageConfigHelpers)
 get_property(stairwell_all_libraries GLOBAL PROPERTY STAIRWELL_LIBRARIES)
 set(stairwell_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/stairwell)
 
-foreach(folder core sim3d perception mapping planning3d coverage3d explore)
-  set(library stairwell_${folder})
+foreach(folder core sim3d perception mapping learning/nn planning3d coverage3d explore)
+  get_filename_component(name ${folder} NAME)
+  get_filename_component(parent ${folder} DIRECTORY)
+  set(library stairwell_${name})
   if(NOT library IN_LIST stairwell_all_libraries)
     continue()
   endif()
@@ -18,7 +20,7 @@ foreach(folder core sim3d perception mapping planning3d coverage3d explore)
     set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${links}")
   endif()
   install(TARGETS ${library} EXPORT stairwellTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/${parent}
     FILES_MATCHING PATTERN "*.hpp")
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.hpp
@@ -32,4 +34,5 @@ install(FILES ${PROJECT_BINARY_DIR}/stairwellConfig.cmake ${PROJECT_BINARY_DIR}/
   DESTINATION ${stairwell_package_dir})
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/worlds/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/worlds)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/models)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/stairwell)

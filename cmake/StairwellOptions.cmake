@@ -6,6 +6,7 @@ option(STAIRWELL_SANITIZE_ADDRESS "AddressSanitizer and UndefinedBehaviorSanitiz
 option(STAIRWELL_SANITIZE_THREAD "ThreadSanitizer" OFF)
 option(STAIRWELL_FUZZ "Only the libFuzzer programs of tests/fuzz and what they need (clang)" OFF)
 option(STAIRWELL_COVERAGE "Instrument for gcov" OFF)
+option(STAIRWELL_WITH_TORCH "Training of the learned agents (needs LibTorch; what is trained runs without)" ON)
 option(STAIRWELL_WERROR "Warnings are errors" ON)
 
 set(CMAKE_CXX_STANDARD 20)

@@ -9,6 +9,7 @@
 #include "planning3d/planner.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,7 @@ struct FleetConfig {
   std::string planner = "astar";
   std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
   Avoidance avoidance = Avoidance::kPriority;
-  planning3d::PlannerOptions potential_field;  ///< of the planner `apf`
+  planning3d::PlannerOptions planner_options;
   std::string coverage = "frontiers";
   std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;

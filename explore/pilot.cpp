@@ -28,8 +28,8 @@ planning3d::SafetyCheck make_check(const FleetConfig& config) {
 planning3d::FallbackPlanner make_planners(const FleetConfig& config, const planning3d::SafetyCheck& check) {
   std::vector<std::unique_ptr<planning3d::Planner>> fallbacks;
   const std::string_view fallback = planning3d::resolve_fallback(config.fallback, config.planner);
-  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, config.potential_field));
-  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner, config.potential_field),
+  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, config.planner_options));
+  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner, config.planner_options),
                                      std::move(fallbacks), check);
 }
 

@@ -1,6 +1,7 @@
 #include "planning3d/planner.hpp"
 
 #include "core/errors.hpp"
+#include "planning3d/agent_planner.hpp"
 #include "planning3d/apf_planner.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/ompl_planner.hpp"
@@ -37,7 +38,7 @@ const char* to_string(PlanStatus status) {
 }
 
 std::vector<std::string_view> planner_names() {
-  std::vector<std::string_view> names{"astar", "theta", "apf", "slice", "volume"};
+  std::vector<std::string_view> names{"astar", "theta", "apf", "agent2d", "agent3d", "slice", "volume"};
   for (const std::string_view name : OmplPlanner::names()) names.push_back(name);
   return names;
 }
@@ -57,6 +58,7 @@ std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOption
   }
   if (name == "slice") return std::make_unique<SlicePlanner>(make_planner("astar"));
   if (name == "volume") return std::make_unique<VolumePlanner>(make_planner("astar"));
+  if (name == "agent2d" || name == "agent3d") return AgentPlanner::load(name, options.models_dir);
   if (auto planner = OmplPlanner::make(name)) return planner;
   std::string message("unknown planner '");
   message.append(name).append("'; known:");

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -52,15 +53,15 @@ class Planner {
 /// What draws the potential field planner to the goal: the distance as the crow flies, or round the obstacles.
 enum class Attraction { kCone, kGeodesic };
 
-/// Of the potential field planner; the others take no notice.
 struct PlannerOptions {
-  Attraction attraction = Attraction::kCone;
-  bool experience = false;  ///< fill local minima
+  Attraction attraction = Attraction::kCone;  ///< `apf`
+  bool experience = false;                    ///< `apf`: fill local minima
+  std::filesystem::path models_dir;           ///< weights of the learned agents: path2d.model, path3d.model
 };
 
 /// `astar` (heuristic weight 1.5: cost on the lattice at most 1.5 times the least; AstarPlanner itself is exact by
-/// default), `theta`, `apf`, `slice` and `volume` (that A* within layers, and in 3D), or one of OMPL. @throws
-/// InputError listing the known names.
+/// default), `theta`, `apf`, `slice` and `volume` (that A* within layers, and in 3D), the learned `agent2d` and
+/// `agent3d`, or one of OMPL. @throws InputError listing the known names, or naming a model that cannot be used.
 std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOptions& options = {});
 std::vector<std::string_view> planner_names();
 

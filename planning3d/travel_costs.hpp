@@ -29,6 +29,8 @@ class TravelCosts {
   void compute(const FreeSpace& space, const Eigen::Vector3d& source_m, const MotionRule& rule,
                double limit_m = std::numeric_limits<double>::infinity(), PassableLattice* shared = nullptr);
 
+  /// Edge of a cell. @pre computed
+  double cell_m() const { return frame_.cell_voxels * frame_.grid.resolution_m(); }
   /// Metres along the shortest way; kUnreachable where there is none.
   float distance_m(const VoxelIndex& v) const;
   float distance_m(const Eigen::Vector3d& point_m) const;

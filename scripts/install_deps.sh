@@ -8,6 +8,7 @@ packages=(
   libpcl-dev libeigen3-dev libompl-dev libfcl-dev libembree-dev
   libsdformat-dev libassimp-dev libpng-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev catch2
+  libtorch-dev libopenblas0-openmp
   python3
 )
 

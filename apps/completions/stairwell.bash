@@ -4,10 +4,13 @@ _stairwell() {
   COMPREPLY=()
   case "$previous" in
     --mode) COMPREPLY=($(compgen -W "slice volume" -- "$current")); return ;;
-    --planner) COMPREPLY=($(compgen -W "astar theta apf slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
-    --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --planner) COMPREPLY=($(compgen -W "astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
+    --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --attraction) COMPREPLY=($(compgen -W "cone geodesic" -- "$current")); return ;;
     --coverage) COMPREPLY=($(compgen -W "layers frontiers" -- "$current")); return ;;
+    --algo) COMPREPLY=($(compgen -W "bc dagger" -- "$current")); return ;;
+    --head) COMPREPLY=($(compgen -W "unit_vector angles" -- "$current")); return ;;
+    --device) COMPREPLY=($(compgen -W "cpu cuda" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
     --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
@@ -16,7 +19,7 @@ _stairwell() {
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
   esac
   if [[ $COMP_CWORD -eq 1 ]]; then
-    COMPREPLY=($(compgen -W "explore plan world map report completion --help --version" -- "$current"))
+    COMPREPLY=($(compgen -W "explore plan train evaluate world map report completion --help --version" -- "$current"))
     return
   fi
   local options=""
@@ -31,6 +34,14 @@ _stairwell() {
       options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all
         --robot --margin --clearance-weight --slice --benchmark --data --tasks
         --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
+    train)
+      if [[ $COMP_CWORD -eq 2 ]]; then
+        COMPREPLY=($(compgen -W "path2d path3d --help" -- "$current"))
+        return
+      fi
+      options="--algo --steps --seed --head --attraction --scales --device --out --resume --quiet --help" ;;
+    evaluate)
+      options="--suite --worlds --json --quiet --help" ;;
     world)
       if [[ $COMP_CWORD -eq 2 ]]; then
         COMPREPLY=($(compgen -W "info convert generate --help" -- "$current"))

@@ -16,7 +16,7 @@ using stairwell::test::TestWorld;
 namespace {
 
 std::unique_ptr<Planner> apf(Attraction attraction, bool experience) {
-  return make_planner("apf", {attraction, experience});
+  return make_planner("apf", {attraction, experience, {}});
 }
 
 /// A wall with arms towards the start, from floor to ceiling; the goal lies behind it.

@@ -136,7 +136,7 @@ TEST_CASE("planners name what is wrong", "[planner]") {
   const Eigen::Vector3d wall_m(3.0, 3.0, 1.5);
   const Eigen::Vector3d nan_m(std::nan(""), 0.0, 0.0);
   for (const std::string_view name : planner_names()) {
-    const auto planner = make_planner(name);
+    const auto planner = make_planner(name, test::with_models());
     CHECK(planner->name() == name);
     const auto status = [&](const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
                             std::vector<KeepOut> keep_out = {}) {

@@ -1,0 +1,171 @@
+#include "planning3d/agent_planner.hpp"
+
+#include "core/errors.hpp"
+#include "learning/random_network.hpp"
+#include "learning/train/training_world.hpp"
+#include "planning3d/safety_check.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+using namespace stairwell;
+using namespace stairwell::planning3d;
+
+namespace {
+
+const std::filesystem::path kModels = std::filesystem::path(STAIRWELL_SOURCE_DIR) / "models";
+
+train::VoxelScene two_rooms() {
+  train::VoxelScene scene(Aabb{{0, 0, 0}, {8, 8, 3}}, 0.1);
+  scene.fill(Aabb{{3.9, 0, 0}, {4.1, 8, 3}}, true);
+  scene.fill(Aabb{{3.9, 5.5, 0}, {4.1, 6.9, 2.2}}, false);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a rollout that is led down the way reaches the goal, one that is led astray does not", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  const Eigen::Vector3d start_m(2.05, 2.05, 1.05), goal_m(6.05, 2.05, 1.05);
+  const SegmentCheck check(space, {}, start_m);
+  ArrivalField field(ArrivalField::Config{.plane = true});
+  field.compute(space, check, goal_m, start_m);
+  AgentView view(AgentInput::slice());
+  Observation seen;
+  const auto fly = [&](const auto& direction) {
+    view.begin(space, {}, field);
+    Rollout rollout(check, view, field, {}, start_m);
+    int steps = 0;
+    while (rollout.look(seen)) rollout.move(direction(steps++, rollout.path_m().back()));
+    return std::pair(rollout.end(), rollout.path_m());
+  };
+  const auto led = fly([&](int, const Eigen::Vector3d& at_m) -> Eigen::Vector3d {
+    if (at_m.x() < 4.6 && std::abs(at_m.y() - 6.2) > 0.2) return Eigen::Vector3d(3.2, 6.2, 1.05) - at_m;
+    return (at_m.x() < 4.6 ? Eigen::Vector3d(4.8, 6.2, 1.05) : goal_m) - at_m;
+  });
+  CHECK(led.first == RolloutEnd::kReached);
+  CHECK(led.second.back() == goal_m);
+  CHECK(SafetyCheck().check_path(space, led.second).safe());
+  CHECK(fly([](int, const auto&) { return Eigen::Vector3d(1, 0, 0); }).first == RolloutEnd::kCollision);
+  const auto circling =
+      fly([](int step, const auto&) { return Eigen::Vector3d(std::cos(0.4 * step), std::sin(0.4 * step), 0); });
+  CHECK(circling.first == RolloutEnd::kNoProgress);
+  CHECK(circling.second.size() < 100);
+}
+
+TEST_CASE("smoothing shortens a path and keeps its ends and its distance", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  const SegmentCheck check(space, {}, Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> zigzag;
+  for (int i = 0; i < 20; ++i) zigzag.emplace_back(1.0 + 0.1 * i, 3.0 + 0.05 * (i % 2), 1.5);
+  const auto smooth = smooth_path(check, zigzag, 6);
+  CHECK(smooth.front() == zigzag.front());
+  CHECK(smooth.back() == zigzag.back());
+  CHECK(smooth.size() == zigzag.size());
+  CHECK(std::abs(smooth[10].y() - smooth[11].y()) < 0.01);
+  // Where the mean would touch something, the path stays.
+  const std::vector<Eigen::Vector3d> through{{3.5, 5.2, 1.5}, {4.0, 6.2, 1.5}, {4.5, 5.2, 1.5}};
+  CHECK(smooth_path(check, through, 6) == through);
+}
+
+TEST_CASE("agents that do not know what they do answer honestly", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  PlanRequest request;
+  request.start_m = {2.05, 2.05, 1.05};
+  request.goal_m = {6.05, 2.05, 1.05};
+  for (const bool plane : {true, false}) {
+    AgentPlanner planner(testing::random_agent(plane ? AgentInput::slice() : AgentInput::volume()));
+    const PlanResult result = planner.plan(space, request);
+    CHECK((result.status == PlanStatus::kLocalMinimum || result.status == PlanStatus::kNoPath));
+    CHECK(result.path_m.empty());
+  }
+}
+
+TEST_CASE("a model of another kind is refused", "[agent]") {
+  nn::Model model = testing::random_agent(AgentInput::slice());
+  model.input = AgentInput::volume().text();
+  CHECK_THROWS_WITH(AgentPlanner(model), Catch::Contains("not what the agent is shown"));
+  model = testing::random_agent(AgentInput::slice());
+  model.network.head = nn::Head::kValues;
+  CHECK_THROWS_WITH(AgentPlanner(model), Catch::Contains("no direction"));
+  CHECK_THROWS_WITH(AgentPlanner::load("agent3d", "/no/such/folder"), Catch::Contains("path3d.model"));
+}
+
+TEST_CASE("the shipped agents find their way through a door", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  for (const char* name : {"agent2d", "agent3d"}) {
+    const auto planner = AgentPlanner::load(name, kModels);
+    CHECK(planner->name() == name);
+    PlanRequest request;
+    request.start_m = {2.05, 2.05, 1.05};
+    request.goal_m = {6.05, 2.05, 1.05};
+    const PlanResult result = planner->plan(space, request);
+    REQUIRE(result.status == PlanStatus::kReached);
+    CHECK(result.path_m.front() == request.start_m);
+    CHECK((result.path_m.back() - request.goal_m).norm() < 1e-9);
+    CHECK(SafetyCheck().check_path(space, result.path_m).safe());
+    CHECK(planner->plan(space, request).path_m == result.path_m);
+    request.goal_m.z() = 2.05;
+    const bool another_layer = planner->plan(space, request).status == PlanStatus::kReached;
+    CHECK(another_layer == (std::string_view(name) == "agent3d"));
+  }
+}
+
+TEST_CASE("the slice agent changes layers where there is an opening", "[agent]") {
+  train::VoxelScene scene(Aabb{{0, 0, 0}, {8, 8, 5}}, 0.1);
+  scene.fill(Aabb{{0, 0, 2.4}, {8, 8, 2.6}}, true);
+  scene.fill(Aabb{{5.5, 5.5, 2.4}, {6.9, 6.9, 2.6}}, false);
+  const train::TrainingWorld world(scene, Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  PlanRequest request;
+  request.start_m = {2.05, 2.05, 1.05};
+  request.goal_m = {2.05, 3.05, 3.55};
+  request.rule = MotionRule::slice({1.05, 3.55});
+  const auto planner = AgentPlanner::load("agent2d", kModels);
+  const PlanResult result = planner->plan(space, request);
+  REQUIRE(result.status == PlanStatus::kReached);
+  CHECK(SafetyCheck().check_path(space, result.path_m).safe());
+  CHECK(result.path_m.back() == request.goal_m);
+  for (std::size_t i = 1; i < result.path_m.size(); ++i) {
+    const Eigen::Vector3d leg = result.path_m[i] - result.path_m[i - 1];
+    const bool level = std::abs(leg.z()) < 1e-9, upright = leg.head<2>().norm() < 1e-9;
+    CHECK((level || upright));
+    const double z = result.path_m[i].z();
+    if (level) CHECK((std::abs(z - 1.05) < 1e-9 || std::abs(z - 3.55) < 1e-9));
+  }
+  request.start_m.z() = 1.35;  // between layers: first to the nearest
+  CHECK(planner->plan(space, request).status == PlanStatus::kReached);
+  const train::VoxelScene closed = [&] {
+    train::VoxelScene other = scene;
+    other.fill(Aabb{{0, 0, 2.4}, {8, 8, 2.6}}, true);
+    return other;
+  }();
+  const train::TrainingWorld no_way(closed, Robot{0.25, 0.0});
+  CHECK(planner->plan(no_way.space(), request).status == PlanStatus::kNoPath);
+}
+
+TEST_CASE("one look of the shipped agents is quick to answer", "[agent]") {
+  for (const char* agent : {"path2d", "path3d"}) {
+    const nn::Model model = nn::read_model(kModels / (std::string(agent) + ".model"), agent);
+    CHECK(model.parameters.size() <= 350'000);
+    nn::Network network(model.network, model.parameters);
+    const auto inputs = testing::random_inputs(model.network, 64, 1);
+    std::vector<float> outputs(64 * static_cast<std::size_t>(model.network.outputs));
+    double least_ms = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 10; ++i) {
+      const std::clock_t begin = std::clock();
+      network.infer_batch(64, inputs.windows, inputs.features, outputs);
+      least_ms = std::min(least_ms, 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / 64);
+    }
+    WARN(agent << ": " << least_ms << " ms a window, " << model.parameters.size() << " parameters");
+    CHECK(least_ms < 10.0);  // sanitizers take their time; 0.5 ms is what is wanted
+  }
+}
