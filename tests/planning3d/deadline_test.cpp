@@ -1,3 +1,4 @@
+#include "models.hpp"
 #include "planning3d/connectivity.hpp"
 #include "planning3d/planner.hpp"
 #include "test_world.hpp"

@@ -2,6 +2,7 @@
 
 #include "checkers/path_checker.hpp"
 #include "core/errors.hpp"
+#include "models.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/safety_check.hpp"
 #include "test_world.hpp"

@@ -5,7 +5,6 @@
 #include "mapping/occupancy_map.hpp"
 #include "mapping/occupancy_words.hpp"
 #include "planning3d/free_space.hpp"
-#include "planning3d/planner.hpp"
 
 #include <ctime>
 
@@ -70,12 +69,5 @@ struct TestWorld {
   Robot robot;
   Aabb box;
 };
-
-/// Learned agents need their weights.
-inline planning3d::PlannerOptions with_models() {
-  planning3d::PlannerOptions options;
-  options.models_dir = STAIRWELL_SOURCE_DIR "/models";
-  return options;
-}
 
 }  // namespace stairwell::test
