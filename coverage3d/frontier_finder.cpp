@@ -6,67 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <set>
+#include <tuple>
 
 namespace stairwell::coverage3d {
 namespace {
 
 constexpr std::array<VoxelIndex, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
-
-/// A free voxel in which a return once fell lies at a surface: the unknown behind it is the inside of something solid.
-Occupancy seen_as(const mapping::OccupancyMap& map, const VoxelIndex& v) {
-  const Occupancy there = map.at(v);
-  return there == Occupancy::kFree && map.ever_hit(v) ? Occupancy::kOccupied : there;
-}
-
-/// Classes of a block and `kRing` voxels around it; what lies outside the task box reads as occupied, so that it is
-/// neither free nor unknown.
-class Window {
- public:
-  Window(const mapping::OccupancyMap& map, const mapping::VoxelBox& task, const mapping::VoxelBox& range)
-      : lo_(range.lo - VoxelIndex{1, 1, 1}) {
-    const VoxelIndex hi = range.hi + VoxelIndex{1, 1, 1};
-    nx_ = hi.x - lo_.x + 1;
-    ny_ = hi.y - lo_.y + 1;
-    const int nz = hi.z - lo_.z + 1;
-    cells_.resize(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(nz));
-    std::size_t i = 0;
-    for (int z = lo_.z; z <= hi.z; ++z)
-      for (int y = lo_.y; y <= hi.y; ++y)
-        for (int x = lo_.x; x <= hi.x; ++x) {
-          const bool in =
-              x >= task.lo.x && y >= task.lo.y && z >= task.lo.z && x <= task.hi.x && y <= task.hi.y && z <= task.hi.z;
-          cells_[i++] = in ? seen_as(map, {x, y, z}) : Occupancy::kOccupied;
-        }
-  }
-
-  bool frontier(const VoxelIndex& v, const FrontierConfig& config) const {
-    if (at(v) != Occupancy::kFree) return false;
-    if (std::none_of(kFaces.begin(), kFaces.end(),
-                     [&](const VoxelIndex& face) { return at(v + face) == Occupancy::kUnknown; }))
-      return false;
-    int free = -1;  // the voxel itself
-    int unknown = 0;
-    for (int z = -1; z <= 1; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-          const Occupancy there = at(v + VoxelIndex{x, y, z});
-          free += there == Occupancy::kFree;
-          unknown += there == Occupancy::kUnknown;
-        }
-    return free >= config.min_free_neighbours && unknown >= config.min_unknown_neighbours;
-  }
-
- private:
-  Occupancy at(const VoxelIndex& v) const {
-    return cells_[static_cast<std::size_t>(((v.z - lo_.z) * ny_ + (v.y - lo_.y)) * nx_ + (v.x - lo_.x))];
-  }
-  VoxelIndex lo_;
-  int nx_ = 0;
-  int ny_ = 0;
-  std::vector<Occupancy> cells_;
-};
 
 mapping::VoxelBox clipped(const mapping::VoxelBox& a, const mapping::VoxelBox& b) {
   return {{std::max(a.lo.x, b.lo.x), std::max(a.lo.y, b.lo.y), std::max(a.lo.z, b.lo.z)},
@@ -83,24 +30,31 @@ mapping::VoxelBox voxels_inside(const GridSpec& grid, const Aabb& box) {
                  {{0, 0, 0}, {grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1}});
 }
 
+/// Voxels that were looked at; as many as announced, and not more.
+class VisitedVoxels {
+ public:
+  explicit VisitedVoxels(std::size_t most) : slots_(std::bit_ceil(2 * most + 1), kFree) {}
+
+  /// True the first time.
+  bool insert(const VoxelIndex& v) {
+    const std::uint64_t key = part(v.x) | part(v.y) << 21 | part(v.z) << 42;
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t slot = (key * 0x9E3779B97F4A7C15ULL >> 32) & mask;
+    while (slots_[slot] != kFree) {
+      if (slots_[slot] == key) return false;
+      slot = (slot + 1) & mask;
+    }
+    slots_[slot] = key;
+    return true;
+  }
+
+ private:
+  static constexpr std::uint64_t kFree = ~std::uint64_t{0};
+  static std::uint64_t part(int coordinate) { return static_cast<std::uint64_t>(coordinate + 1) & 0x1FFFFFU; }
+  std::vector<std::uint64_t> slots_;
+};
+
 }  // namespace
-
-std::vector<std::string> FrontierConfig::problems() const {
-  std::vector<std::string> found;
-  if (box.empty()) found.emplace_back("the task box is empty");
-  if (min_free_neighbours < 0 || min_free_neighbours > 26) found.emplace_back("min_free_neighbours is not in 0..26");
-  if (min_unknown_neighbours < 0 || min_unknown_neighbours > 26)
-    found.emplace_back("min_unknown_neighbours is not in 0..26");
-  if (!(split_size_m > 0.0)) found.emplace_back("split_size_m is not positive");
-  if (!(min_area_m2 >= 0.0)) found.emplace_back("min_area_m2 is negative");
-  return found;
-}
-
-bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
-                 const VoxelIndex& v) {
-  if (map.at(v) != Occupancy::kFree || empty(clipped(box, {v, v}))) return false;
-  return Window(map, box, {v, v}).frontier(v, config);
-}
 
 FrontierFinder::FrontierFinder(const GridSpec& grid, const FrontierConfig& config) : grid_(grid), config_(config) {
   const std::vector<std::string> problems = config.problems();
@@ -108,149 +62,144 @@ FrontierFinder::FrontierFinder(const GridSpec& grid, const FrontierConfig& confi
   if (config.box.intersection(grid.box()).empty()) throw InputError("frontiers: the task box lies outside the map");
   box_ = voxels_inside(grid, config.box);
   if (empty(box_)) throw InputError("frontiers: the task box holds no voxel centre of the map");
-  const VoxelIndex extent = box_.hi - box_.lo;
-  label_ = mapping::SparseGrid<std::uint32_t>({extent.x + 1, extent.y + 1, extent.z + 1});
+  const int longest = static_cast<int>(0.5 * config.split_size_m / grid.resolution_m());
+  patches_ = FrontierPatches(grid.size(), std::max(1, longest));
 }
 
-void FrontierFinder::switch_on(const VoxelIndex& v) {
-  label_.set(offset(v), kLoose);
-  ++voxel_count_;
-  switched_on_.push_back(v);
+/// Blocks that may have another frontier, in a fixed order: those of which a voxel or its neighbour changed.
+std::vector<VoxelIndex> FrontierFinder::blocks_to_examine() const {
+  std::vector<VoxelIndex> blocks;
+  for (const mapping::VoxelBox& changed : changed_) {
+    const mapping::VoxelBox range = clipped({changed.lo - VoxelIndex{1, 1, 1}, changed.hi + VoxelIndex{1, 1, 1}}, box_);
+    if (empty(range)) continue;
+    for (int z = range.lo.z >> 3; z <= range.hi.z >> 3; ++z)
+      for (int y = range.lo.y >> 3; y <= range.hi.y >> 3; ++y)
+        for (int x = range.lo.x >> 3; x <= range.hi.x >> 3; ++x) blocks.push_back({x, y, z});
+  }
+  const auto order = [](const VoxelIndex& v) { return std::tuple(v.z, v.y, v.x); };
+  std::sort(blocks.begin(), blocks.end(),
+            [&](const VoxelIndex& a, const VoxelIndex& b) { return order(a) < order(b); });
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
 }
 
-void FrontierFinder::switch_off(const VoxelIndex& v) {
-  const std::uint32_t label = label_.get(offset(v));
-  if (label > kLoose) touched_.push_back(label);
-  label_.set(offset(v), kNone);
-  --voxel_count_;
-}
-
-void FrontierFinder::examine(const mapping::OccupancyMap& map, const mapping::VoxelBox& block) {
-  const mapping::VoxelBox range = clipped({block.lo - VoxelIndex{1, 1, 1}, block.hi + VoxelIndex{1, 1, 1}}, box_);
-  if (empty(range)) return;
-  const Window window(map, box_, range);
-  for (int z = range.lo.z; z <= range.hi.z; ++z)
-    for (int y = range.lo.y; y <= range.hi.y; ++y)
-      for (int x = range.lo.x; x <= range.hi.x; ++x) {
-        const VoxelIndex v{x, y, z};
-        const bool now = window.frontier(v, config_);
-        const bool before = label_.get(offset(v)) != kNone;
-        if (now && !before) switch_on(v);
-        if (!now && before) switch_off(v);
-      }
-}
-
-void FrontierFinder::dissolve(std::uint32_t id, std::vector<VoxelIndex>& loose) {
+void FrontierFinder::dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose) {
   const auto found = clusters_.find(id);
   if (found == clusters_.end()) return;
-  for (const VoxelIndex& v : found->second.cells) {
-    if (label_.get(offset(v)) != id) continue;
-    label_.set(offset(v), kLoose);
-    loose.push_back(v);
+  for (const std::uint32_t patch : found->second.patches) {
+    if (patches_[patch].cluster != id) continue;  // it is another one since
+    patches_[patch].cluster = kLoose;
+    loose.push_back(patch);
   }
   clusters_.erase(found);
 }
 
-std::vector<VoxelIndex> FrontierFinder::grow(const VoxelIndex& seed, std::vector<VoxelIndex>& loose) {
+std::vector<std::uint32_t> FrontierFinder::grow(std::uint32_t seed, std::vector<std::uint32_t>& loose) {
   const double crumb_m2 = 4.0 * config_.min_area_m2;
-  std::vector<VoxelIndex> cells{seed};
-  const std::uint32_t growing = next_id_;
-  label_.set(offset(seed), growing);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const VoxelIndex center = cells[i];
-    for (int z = -1; z <= 1; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-          const VoxelIndex v = center + VoxelIndex{x, y, z};
-          if (!inside(v)) continue;
-          const std::uint32_t label = label_.get(offset(v));
-          if (label == kNone || label == growing) continue;
-          if (label != kLoose) {  // a crumb beside a cluster that is rebuilt anyway joins it
-            const auto neighbour = clusters_.find(label);
-            if (neighbour == clusters_.end() || neighbour->second.area_m2 > crumb_m2) continue;
-            dissolve(label, loose);
-          }
-          label_.set(offset(v), growing);
-          cells.push_back(v);
-        }
+  const std::uint32_t growing = next_id_++;
+  std::vector<std::uint32_t> grown{seed};
+  std::vector<std::uint32_t> beside;
+  patches_[seed].cluster = growing;
+  for (std::size_t i = 0; i < grown.size(); ++i) {
+    beside.clear();
+    patches_.neighbours(grown[i], beside);
+    for (const std::uint32_t patch : beside) {
+      const std::uint32_t cluster = patches_[patch].cluster;
+      if (cluster == growing) continue;
+      if (cluster != kLoose) {  // a crumb beside a cluster that is rebuilt anyway joins it
+        const auto neighbour = clusters_.find(cluster);
+        if (neighbour == clusters_.end() || neighbour->second.area_m2 > crumb_m2) continue;
+        dissolve(cluster, loose);
+      }
+      patches_[patch].cluster = growing;
+      grown.push_back(patch);
+    }
   }
-  ++next_id_;
-  return cells;
+  return grown;
 }
 
-void FrontierFinder::store(std::vector<VoxelIndex> cells) {
+void FrontierFinder::store(std::vector<std::uint32_t> patches) {
   FrontierCluster cluster;
   cluster.id = next_id_++;
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid_.resolution_m());
-  for (const VoxelIndex& v : cells) {
-    const Eigen::Vector3d center_m = grid_.center_of(v);
-    cluster.center_m += center_m;
-    cluster.bounds_m.extend(center_m - half);
-    cluster.bounds_m.extend(center_m + half);
-    label_.set(offset(v), cluster.id);
+  for (const std::uint32_t id : patches) {
+    FrontierPatch& patch = patches_[id];
+    patch.cluster = cluster.id;
+    cluster.bounds_m.extend(grid_.center_of(patch.bounds.lo) - half);
+    cluster.bounds_m.extend(grid_.center_of(patch.bounds.hi) + half);
+    const VoxelIndex origin{8 * patch.block.x, 8 * patch.block.y, 8 * patch.block.z};
+    for_each_voxel(patch.bits, [&](const VoxelIndex& place) { cluster.cells.push_back(origin + place); });
+    cluster.center_m += patch.voxels * patch.center;
   }
-  cluster.center_m /= static_cast<double>(cells.size());
-  cluster.area_m2 = static_cast<double>(cells.size()) * grid_.resolution_m() * grid_.resolution_m();
-  cluster.cells = std::move(cells);
+  const auto voxels = static_cast<double>(cluster.cells.size());
+  cluster.center_m = grid_.center_of({0, 0, 0}) + cluster.center_m * (grid_.resolution_m() / voxels);
+  cluster.area_m2 = voxels * grid_.resolution_m() * grid_.resolution_m();
+  cluster.patches = std::move(patches);
   stored_.push_back(cluster.id);
   clusters_.emplace(cluster.id, std::move(cluster));
 }
 
-void FrontierFinder::store_split(std::vector<VoxelIndex> cells) {
+void FrontierFinder::store_split(std::vector<std::uint32_t> patches) {
+  if (patches.size() < 2) return store(std::move(patches));
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const VoxelIndex& v : cells) mean += grid_.center_of(v);
-  mean /= static_cast<double>(cells.size());
+  double voxels = 0.0;
+  for (const std::uint32_t id : patches) {
+    mean += patches_[id].voxels * patches_[id].center;
+    voxels += patches_[id].voxels;
+  }
+  mean /= voxels;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const VoxelIndex& v : cells) {
-    const Eigen::Vector3d d = grid_.center_of(v) - mean;
-    spread += d * d.transpose();
+  for (const std::uint32_t id : patches) {
+    const Eigen::Vector3d d = patches_[id].center - mean;
+    spread += patches_[id].voxels * d * d.transpose();
   }
   const Eigen::Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
   double least = 0.0;
   double most = 0.0;
-  for (const VoxelIndex& v : cells) {
-    const double along = axis.dot(grid_.center_of(v) - mean);
-    least = std::min(least, along);
-    most = std::max(most, along);
+  for (const std::uint32_t id : patches) {
+    const VoxelIndex extent = patches_[id].bounds.hi - patches_[id].bounds.lo;
+    const double half = 0.5 * axis.cwiseAbs().dot(Eigen::Vector3d(extent.x, extent.y, extent.z));
+    const double along = axis.dot(patches_[id].center - mean);
+    least = std::min(least, along - half);
+    most = std::max(most, along + half);
   }
-  if (most - least <= config_.split_size_m || cells.size() < 2) return store(std::move(cells));
-  const auto middle = std::stable_partition(
-      cells.begin(), cells.end(), [&](const VoxelIndex& v) { return axis.dot(grid_.center_of(v) - mean) < 0.0; });
-  std::vector<VoxelIndex> upper(middle, cells.end());
-  cells.erase(middle, cells.end());
-  store_split(std::move(cells));
+  if ((most - least) * grid_.resolution_m() <= config_.split_size_m) return store(std::move(patches));
+  const auto middle = std::stable_partition(patches.begin(), patches.end(), [&](std::uint32_t id) {
+    return axis.dot(patches_[id].center - mean) < 0.0;
+  });
+  std::vector<std::uint32_t> upper(middle, patches.end());
+  patches.erase(middle, patches.end());
+  if (patches.empty() || upper.empty()) return store(patches.empty() ? std::move(upper) : std::move(patches));
+  store_split(std::move(patches));
   store_split(std::move(upper));
 }
 
 void FrontierFinder::update(const mapping::OccupancyMap& map) {
   changed_.clear();
-  switched_on_.clear();
-  touched_.clear();
   stored_.clear();
   map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
   revision_ = map.revision();
-  for (const mapping::VoxelBox& block : changed_) examine(map, block);
+  FrontierPatches::Replaced replaced;
+  for (const VoxelIndex& block : blocks_to_examine())
+    patches_.replace(block, frontier_bits(map, box_, config_, block), replaced);
 
-  for (const VoxelIndex& center : switched_on_)
-    for (int z = -1; z <= 1; ++z)
-      for (int y = -1; y <= 1; ++y)
-        for (int x = -1; x <= 1; ++x) {
-          const VoxelIndex v = center + VoxelIndex{x, y, z};
-          const std::uint32_t label = inside(v) ? label_.get(offset(v)) : kNone;
-          if (label > kLoose) touched_.push_back(label);
-        }
-  std::sort(touched_.begin(), touched_.end());
-  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
-  std::vector<VoxelIndex> loose;
-  for (const std::uint32_t id : touched_) dissolve(id, loose);
-  loose.insert(loose.end(), switched_on_.begin(), switched_on_.end());
+  std::vector<std::uint32_t> touched = std::move(replaced.bereaved);
+  std::vector<std::uint32_t> beside;
+  for (const std::uint32_t patch : replaced.added) patches_.neighbours(patch, beside);
+  for (const std::uint32_t patch : beside) touched.push_back(patches_[patch].cluster);
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  std::vector<std::uint32_t> loose;
+  for (const std::uint32_t id : touched) dissolve(id, loose);
+  loose.insert(loose.end(), replaced.added.begin(), replaced.added.end());
   for (std::size_t i = 0; i < loose.size(); ++i) {
-    const VoxelIndex seed = loose[i];
-    if (label_.get(offset(seed)) == kLoose) store_split(grow(seed, loose));
+    const std::uint32_t seed = loose[i];
+    if (patches_[seed].cluster == kLoose) store_split(grow(seed, loose));
   }
   for (const std::uint32_t id : stored_) {
     const auto found = clusters_.find(id);
-    if (found != clusters_.end()) found->second.pocket_m3 = pocket_behind_m3(map, found->second);
+    if (found != clusters_.end() && worth_a_visit(found->second))
+      found->second.pocket_m3 = pocket_behind_m3(map, found->second);
   }
 }
 
@@ -268,12 +217,11 @@ double FrontierFinder::pocket_behind_m3(const mapping::OccupancyMap& map, const 
   };
   const double lump_m3 = kLump * kLump * kLump * grid_.voxel_volume_m3();
   const auto most = static_cast<std::size_t>(std::ceil(config_.deep_m3 / lump_m3));
-  std::set<std::array<int, 3>> seen;
+  VisitedVoxels seen(kFaces.size() * (cluster.cells.size() + most));
   std::vector<VoxelIndex> open;
   const auto visit = [&](const VoxelIndex& lump) {
-    if (open.size() < most && seen.insert({lump.x, lump.y, lump.z}).second && unknown(lump)) open.push_back(lump);
+    if (open.size() < most && seen.insert(lump) && unknown(lump)) open.push_back(lump);
   };
-  constexpr std::array<VoxelIndex, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   for (const VoxelIndex& v : cluster.cells) {
     for (const VoxelIndex& face : kFaces)
       visit(lump_of(v + VoxelIndex{kLump * face.x, kLump * face.y, kLump * face.z}));

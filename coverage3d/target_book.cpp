@@ -1,6 +1,8 @@
 #include "coverage3d/target_book.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <tuple>
 
@@ -35,18 +37,51 @@ std::vector<std::uint32_t> nearest_first(const FrontierFinder& finder, const std
   return ids;
 }
 
+/// Where blocks changed, in cells of a metre or a little more.
+class ChangedPlaces {
+ public:
+  ChangedPlaces(const GridSpec& grid, const std::vector<mapping::VoxelBox>& changed)
+      : cell_voxels_(std::max(8, static_cast<int>(std::lround(1.0 / grid.resolution_m())))) {
+    for (std::size_t axis = 0; axis < 3; ++axis) cells_[axis] = grid.size()[axis] / cell_voxels_ + 1;
+    marked_.assign(static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) *
+                       static_cast<std::size_t>(cells_[2]),
+                   false);
+    for (const mapping::VoxelBox& block : changed) {
+      visit(block, [this](std::size_t cell) { marked_[cell] = true; });
+    }
+  }
+
+  bool any_in(const mapping::VoxelBox& box) const {
+    bool any = false;
+    visit(box, [&](std::size_t cell) { any = any || marked_[cell]; });
+    return any;
+  }
+
+ private:
+  template <typename Visit>
+  void visit(const mapping::VoxelBox& box, const Visit& each) const {
+    const auto lowest = [this](int at) { return std::max(0, at / cell_voxels_); };
+    const auto highest = [this](int at, int cells) { return std::min(cells - 1, at / cell_voxels_); };
+    for (int z = lowest(box.lo.z); z <= highest(box.hi.z, cells_[2]); ++z)
+      for (int y = lowest(box.lo.y); y <= highest(box.hi.y, cells_[1]); ++y)
+        for (int x = lowest(box.lo.x); x <= highest(box.hi.x, cells_[0]); ++x)
+          each(static_cast<std::size_t>((z * cells_[1] + y) * cells_[0] + x));
+  }
+
+  int cell_voxels_;
+  std::array<int, 3> cells_{1, 1, 1};
+  std::vector<bool> marked_;
+};
+
 }  // namespace
 
 /// Where the map changed: what was given up may be seen now, and what was to be gained may have been seen.
 void TargetBook::revise(const planning3d::FreeSpace& space, const FrontierFinder& finder) {
   const GridSpec& grid = space.grid();
+  const ChangedPlaces changed(grid, finder.changed_blocks());
   for (auto& [id, target] : targets_) {
     const Aabb nearby = finder.clusters().at(id).bounds_m.inflated(kNearby_m);
-    const bool changed = std::any_of(
-        finder.changed_blocks().begin(), finder.changed_blocks().end(), [&](const mapping::VoxelBox& block) {
-          return !nearby.intersection({grid.center_of(block.lo), grid.center_of(block.hi)}).empty();
-        });
-    if (!changed) continue;
+    if (!changed.any_in({grid.index_of(nearby.min_m), grid.index_of(nearby.max_m)})) continue;
     for (Viewpoint& view : target.views) {
       view.gain_m3 = sampler_.gain_m3(space.map(), view.position_m, view.yaw_rad);
     }
@@ -105,7 +140,7 @@ std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierF
     if (!target.fresh) {
       target.center_m = cluster.center_m;
       if (left.samples-- <= 0) {
-        target.views = inherited(space, cluster);
+        if (target.views.empty()) target.views = inherited(space, cluster);
         ++pending;
         continue;
       }

@@ -1,0 +1,162 @@
+#include "coverage3d/frontier_voxels.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr int kBlock = 8;
+
+/// Classes of the voxels around a place, a bit each: bit `x + 1` of row (y + 1, z + 1) stands for the voxel that lies
+/// (x, y, z) from it. What lies outside the task box is neither free nor unknown. A free voxel in which a return once
+/// fell lies at a surface: the unknown behind it is the inside of something solid.
+struct Surroundings {
+  using Rows = std::array<std::array<std::uint32_t, kBlock + 2>, kBlock + 2>;
+  Rows free{};
+  Rows unknown{};
+
+  /// @param side  of the cube that begins at `origin`; one voxel around it is read as well
+  Surroundings(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const VoxelIndex& origin, int side) {
+    const auto first = [](int origin_at, int lowest) { return std::max(-1, lowest - origin_at); };
+    const auto last = [side](int origin_at, int highest) { return std::min(side, highest - origin_at); };
+    const int x_end = last(origin.x, box.hi.x);
+    for (int z = first(origin.z, box.lo.z); z <= last(origin.z, box.hi.z); ++z) {
+      for (int y = first(origin.y, box.lo.y); y <= last(origin.y, box.hi.y); ++y) {
+        std::uint32_t& free_row = free[static_cast<std::size_t>(z + 1)][static_cast<std::size_t>(y + 1)];
+        std::uint32_t& unknown_row = unknown[static_cast<std::size_t>(z + 1)][static_cast<std::size_t>(y + 1)];
+        for (int x = first(origin.x, box.lo.x); x <= x_end; ++x) {
+          const VoxelIndex v = origin + VoxelIndex{x, y, z};
+          const Occupancy there = map.at(v);
+          if (there == Occupancy::kUnknown) unknown_row |= 1U << (x + 1);
+          if (there == Occupancy::kFree && !map.ever_hit(v)) free_row |= 1U << (x + 1);
+        }
+      }
+    }
+  }
+
+  /// Free voxels of a row with an unknown one beside them. @param y, z  from 1
+  std::uint32_t beside_unknown(std::size_t y, std::size_t z) const {
+    const std::uint32_t in_row = unknown[z][y] << 1 | unknown[z][y] >> 1;
+    return free[z][y] & (in_row | unknown[z][y - 1] | unknown[z][y + 1] | unknown[z - 1][y] | unknown[z + 1][y]);
+  }
+
+  /// Whether the 26 neighbours of the voxel at bit `x` of a row are as the definition wants them.
+  bool enough_around(std::size_t x, std::size_t y, std::size_t z, const FrontierConfig& config) const {
+    int free_count = -1;  // the voxel itself
+    int unknown_count = 0;
+    for (std::size_t k = z - 1; k <= z + 1; ++k) {
+      for (std::size_t j = y - 1; j <= y + 1; ++j) {
+        free_count += std::popcount(free[k][j] >> (x - 1) & 7U);
+        unknown_count += std::popcount(unknown[k][j] >> (x - 1) & 7U);
+      }
+    }
+    return free_count >= config.min_free_neighbours && unknown_count >= config.min_unknown_neighbours;
+  }
+};
+
+constexpr std::uint64_t kFirstColumn = 0x0101010101010101ULL;
+
+/// The set and all its neighbours in the block.
+BlockBits dilated(const BlockBits& bits) {
+  BlockBits in_layer{};
+  for (std::size_t z = 0; z < kBlock; ++z) {
+    std::uint64_t word = bits[z];
+    word |= (word << 1 & ~kFirstColumn) | (word >> 1 & ~(kFirstColumn << 7));
+    in_layer[z] = word | word << 8 | word >> 8;
+  }
+  BlockBits grown = in_layer;
+  for (std::size_t z = 0; z + 1 < kBlock; ++z) {
+    grown[z] |= in_layer[z + 1];
+    grown[z + 1] |= in_layer[z];
+  }
+  return grown;
+}
+
+/// Cuts a part across its longest side while that is longer than allowed.
+void add_cut(const BlockBits& part, int longest, std::vector<BlockBits>& parts) {
+  VoxelIndex lo{kBlock, kBlock, kBlock};
+  VoxelIndex hi{-1, -1, -1};
+  for_each_voxel(part, [&](const VoxelIndex& v) {
+    lo = {std::min(lo.x, v.x), std::min(lo.y, v.y), std::min(lo.z, v.z)};
+    hi = {std::max(hi.x, v.x), std::max(hi.y, v.y), std::max(hi.z, v.z)};
+  });
+  const VoxelIndex extent = hi - lo;
+  const int most = std::max({extent.x, extent.y, extent.z});
+  if (most + 1 <= longest || most == 0) {
+    parts.push_back(part);
+    return;
+  }
+  BlockBits lower{};
+  BlockBits upper{};
+  for_each_voxel(part, [&](const VoxelIndex& v) {
+    const VoxelIndex along = v - lo;
+    const int at = extent.x == most ? along.x : extent.y == most ? along.y : along.z;
+    BlockBits& half = 2 * at <= most ? lower : upper;
+    half[static_cast<std::size_t>(v.z)] |= std::uint64_t{1} << (8 * v.y + v.x);
+  });
+  add_cut(lower, longest, parts);
+  add_cut(upper, longest, parts);
+}
+
+}  // namespace
+
+std::vector<std::string> FrontierConfig::problems() const {
+  std::vector<std::string> found;
+  if (box.empty()) found.emplace_back("the task box is empty");
+  if (min_free_neighbours < 0 || min_free_neighbours > 26) found.emplace_back("min_free_neighbours is not in 0..26");
+  if (min_unknown_neighbours < 0 || min_unknown_neighbours > 26)
+    found.emplace_back("min_unknown_neighbours is not in 0..26");
+  if (!(split_size_m > 0.0)) found.emplace_back("split_size_m is not positive");
+  if (!(min_area_m2 >= 0.0)) found.emplace_back("min_area_m2 is negative");
+  return found;
+}
+
+bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
+                 const VoxelIndex& v) {
+  if (map.at(v) != Occupancy::kFree) return false;
+  const Surroundings around(map, box, v, 1);
+  return (around.beside_unknown(1, 1) & 2U) != 0 && around.enough_around(1, 1, 1, config);
+}
+
+BlockBits frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
+                        const VoxelIndex& block) {
+  const Surroundings around(map, box, {kBlock * block.x, kBlock * block.y, kBlock * block.z}, kBlock);
+  BlockBits bits{};
+  for (std::size_t z = 1; z <= kBlock; ++z) {
+    for (std::size_t y = 1; y <= kBlock; ++y) {
+      for (std::uint32_t rest = around.beside_unknown(y, z) & 0x1FEU; rest != 0; rest &= rest - 1) {
+        const auto x = static_cast<std::size_t>(std::countr_zero(rest));
+        if (around.enough_around(x, y, z, config)) bits[z - 1] |= std::uint64_t{1} << (8 * (y - 1) + x - 1);
+      }
+    }
+  }
+  return bits;
+}
+
+int count(const BlockBits& bits) {
+  return std::accumulate(bits.begin(), bits.end(), 0,
+                         [](int sum, std::uint64_t word) { return sum + std::popcount(word); });
+}
+
+std::vector<BlockBits> connected_parts(const BlockBits& bits, int longest) {
+  std::vector<BlockBits> parts;
+  BlockBits left = bits;
+  for (std::size_t z = 0; z < kBlock; ++z) {
+    while (left[z] != 0) {
+      BlockBits part{};
+      part[z] = left[z] & (~left[z] + 1);  // the lowest bit
+      for (BlockBits before{}; part != before;) {
+        before = part;
+        part = dilated(part);
+        for (std::size_t k = 0; k < kBlock; ++k) part[k] &= left[k];
+      }
+      for (std::size_t k = 0; k < kBlock; ++k) left[k] &= ~part[k];
+      add_cut(part, longest, parts);
+    }
+  }
+  return parts;
+}
+
+}  // namespace stairwell::coverage3d
