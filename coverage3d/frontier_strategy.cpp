@@ -18,6 +18,7 @@ constexpr std::size_t kStopsPerUav = 12;
 constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
+constexpr double kCostsKept_s = 2.0;     // ways of a UAV that flies to its goal are measured again after this
 constexpr double kUseful = 0.25;        // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
@@ -117,10 +118,16 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
   return crew;
 }
 
-void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const Crew& crew) {
+void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+                                     const Crew& crew) {
   costs_.resize(crew.uavs.size());
+  cost_sources_.resize(crew.uavs.size(), {Eigen::Vector3d::Zero(), -kCostsKept_s});
   const planning3d::MotionRule rule = motion_rule();
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
+    CostSource& source = cost_sources_[k];
+    const bool settled = !request.uavs[crew.uavs[k]].wants_goal && (source.start_m - crew.start_m[k]).norm() < 1e-6;
+    if (settled && request.time_s - source.time_s < kCostsKept_s) continue;
+    source = {crew.start_m[k], request.time_s};
     costs_[k].compute(space, crew.start_m[k], rule, std::numeric_limits<double>::infinity(), &lattice_);
   }
 }
@@ -362,7 +369,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   refresh(space, request);
   if (request.uavs.empty()) return assignment;
   const Crew crew = crew_of(request);
-  compute_costs(space, crew);
+  compute_costs(space, request, crew);
   const ViewpointPlaces where = places(request);
   book_.refresh(space, *finder_, where);
   std::size_t pending = book_.look(space, *finder_, where, {});

@@ -65,7 +65,7 @@ class FrontierStrategy : public CoverageStrategy {
   void set_up(const planning3d::FreeSpace& space);
   void refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request);
   Crew crew_of(const AssignmentRequest& request) const;
-  void compute_costs(const planning3d::FreeSpace& space, const Crew& crew);
+  void compute_costs(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew);
   bool reachable(const VoxelIndex& v) const;
   ViewpointPlaces places(const AssignmentRequest& request) const;
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
@@ -96,6 +96,12 @@ class FrontierStrategy : public CoverageStrategy {
   Blacklist blacklist_;
   planning3d::PassableLattice lattice_;
   std::vector<planning3d::TravelCosts> costs_;
+  /// What each of them was computed for.
+  struct CostSource {
+    Eigen::Vector3d start_m;
+    double time_s;
+  };
+  std::vector<CostSource> cost_sources_;
   std::deque<GivenGoal> given_;
   std::optional<double> start_height_m_;
   std::size_t pending_ = 0;

@@ -140,7 +140,7 @@ std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierF
     if (!target.fresh) {
       target.center_m = cluster.center_m;
       if (left.samples-- <= 0) {
-        if (target.views.empty()) target.views = inherited(space, cluster);
+        if (target.views.empty() && left.legacies-- > 0) target.views = inherited(space, cluster);
         ++pending;
         continue;
       }

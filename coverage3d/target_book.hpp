@@ -25,6 +25,7 @@ class TargetBook {
   struct Budget {
     int samples = 60;  ///< clusters looked at per update
     int searches = 4;  ///< thorough searches per update
+    int legacies = 60;  ///< clusters that take over views of vanished ones, per update
   };
 
   explicit TargetBook(const ViewpointConfig& config) : sampler_(config) {}

@@ -19,6 +19,8 @@ constexpr double kRaySlack = 1.3;       // one return in so many neighbouring vo
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
 constexpr double kGainStep_m = 0.2;
+constexpr double kGainSteps = 40.0;     // per ray, where the range is so long that steps of that size would be more
+constexpr double kSearchSteps = 25.0;   // likewise, along the reach of an exhaustive search
 constexpr int kGainRows = 6;
 constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
 constexpr double kLeastSeen = 0.3;  // of what the best view sees of the cluster
@@ -124,12 +126,13 @@ ViewpointSampler::Panorama ViewpointSampler::panorama(const mapping::OccupancyMa
                                                       const Eigen::Vector3d& from_m) const {
   Panorama sectors{};
   const SensorModel& sensor = config_.sensor;
-  const double step_m = std::max(kGainStep_m, map.grid().resolution_m());
+  const double step_m = std::max({kGainStep_m, map.grid().resolution_m(), sensor.max_range_m / kGainSteps});
+  const int stride = sensor.panoramic() ? 2 : 1;  // only the sum is asked for
   const double deepest_m = config_.gain_depth_part * sensor.max_range_m;
   const double sin_lo = std::sin(sensor.elevation_lo_rad);
   const double sin_hi = std::sin(sensor.elevation_hi_rad);
-  const double solid_angle = (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kGainRows;
-  for (int sector = 0; sector < kSectors; ++sector) {
+  const double solid_angle = stride * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kGainRows;
+  for (int sector = 0; sector < kSectors; sector += stride) {
     const double azimuth_rad = 2.0 * kPi * (sector + 0.5) / kSectors;
     for (int row = 0; row < kGainRows; ++row) {
       const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / kGainRows;
@@ -338,7 +341,8 @@ std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& spa
   const GridSpec& grid = space.grid();
   const std::vector<VoxelIndex> layers = heights_voxels(grid, places.layers_m);
   const double reach_m = config_.range_fraction * config_.sensor.max_range_m;
-  const int step = std::max(1, static_cast<int>(std::lround(0.2 / grid.resolution_m())));
+  const double step_m = std::max(0.2, reach_m / kSearchSteps);
+  const int step = std::max(1, static_cast<int>(std::lround(step_m / grid.resolution_m())));
   const VoxelIndex lo = grid.index_of(cluster.bounds_m.min_m - Eigen::Vector3d::Constant(reach_m));
   const VoxelIndex hi = grid.index_of(cluster.bounds_m.max_m + Eigen::Vector3d::Constant(reach_m));
   std::vector<VoxelIndex> all;

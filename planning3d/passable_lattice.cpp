@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kCell_m = 0.2;
 constexpr double kWidestCell_m = 0.4;  // walls are at least so thick once the robot's radius is added on both sides
-constexpr double kMostCells = 16e6;
+constexpr double kMostCells = 1.5e6;
 
 int chosen_stride(const GridSpec& grid) {
   const int fine = std::max(1, static_cast<int>(std::lround(kCell_m / grid.resolution_m())));

@@ -33,7 +33,7 @@ struct LatticeFrame {
 class PassableLattice {
  public:
   /// @param stride voxels per cell edge; 0 chooses about 0.2 m, and up to 0.4 m where the grid is so large that such
-  /// cells would be more than 16 million.
+  /// cells would be more than one and a half million.
   explicit PassableLattice(int stride = 0) : stride_(stride) {}
 
   /// Looks only where distances changed since the last call, if that was for the same field, rule and robot.
