@@ -3,6 +3,7 @@
 #include "apps/atomic_file.hpp"
 #include "core/errors.hpp"
 #include "mapping/octomap_io.hpp"
+#include "mapping/octree_stream.hpp"
 
 #include <octomap/OcTree.h>
 #include <nlohmann/json.hpp>
@@ -24,7 +25,7 @@ std::string read_file(const std::filesystem::path& file) {
   std::ostringstream text;
   text << stream.rdbuf();
   if (!stream) throw InputError(file.string() + ": the checkpoint cannot be read");
-  return text.str();
+  return std::move(text).str();
 }
 
 constexpr std::uint64_t kDigestOfNothing = 0xCBF29CE484222325ULL;
@@ -116,12 +117,7 @@ Checkpoint CheckpointFolder::load(mapping::OccupancyMap& map) const {
     damaged(state_file(), error.what());
   }
   // The file does not hold the sensor model's parameters: they are the configuration's.
-  const mapping::OccupancyMap saved = mapping::map_from_octree(*mapping::load_octree(map_file), map.grid());
-  const GridSpec& grid = map.grid();
-  for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
-    const VoxelIndex v = grid.voxel(i);
-    if (saved.at(v) != Occupancy::kUnknown) map.set_log_odds(v, saved.log_odds(v));
-  }
+  mapping::read_octomap(read_file(map_file), map_file.string(), map);
   return checkpoint;
 }
 

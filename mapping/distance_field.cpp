@@ -7,6 +7,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace stairwell::mapping {
@@ -14,7 +15,7 @@ namespace stairwell::mapping {
 namespace {
 
 constexpr int kMaxTruncation_cells = 127;  // sums of two squares fit into int16
-constexpr std::size_t kMostChanges = 512;  // boxes
+constexpr int kBlock = 8;                  // voxels a side; changes are noted block by block
 constexpr int kTile = 256;                 // cells a side that are recomputed at once
 
 VoxelBox grown(const VoxelBox& box, int by, const std::array<int, 3>& size) {
@@ -61,6 +62,12 @@ DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacle
   const auto far = static_cast<std::uint16_t>(truncation_cells_ * truncation_cells_);
   outside_ = obstacles == Obstacles::kBlocked ? std::uint16_t{0} : far;
   squared_.assign(grid.voxel_count(), far);
+  std::size_t blocks = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    block_count_[axis] = (grid.size()[axis] + kBlock - 1) / kBlock;
+    blocks *= static_cast<std::size_t>(block_count_[axis]);
+  }
+  block_revision_.assign(blocks, 0);
   row_words_ = (static_cast<std::size_t>(grid.size()[0]) + 63) / 64;
   obstacle_.assign(row_words_ * static_cast<std::size_t>(grid.size()[1]) * static_cast<std::size_t>(grid.size()[2]),
                    obstacles == Obstacles::kBlocked ? ~std::uint64_t{0} : std::uint64_t{0});
@@ -71,14 +78,20 @@ std::uint64_t DistanceField::Id::next() {
   return ++last;
 }
 
-bool DistanceField::for_each_change_since(std::uint64_t revision,
-                                          const std::function<void(const VoxelBox&)>& visit) const {
-  if (revision >= revision_) return revision == revision_;
-  if (revision < forgotten_) return false;
-  for (const Change& change : changes_) {
-    if (change.revision > revision) visit(change.box);
+void DistanceField::for_each_block_changed_since(std::uint64_t revision,
+                                                 const std::function<void(const VoxelBox&)>& visit) const {
+  std::size_t block = 0;
+  for (int z = 0; z < block_count_[2]; ++z) {
+    for (int y = 0; y < block_count_[1]; ++y) {
+      for (int x = 0; x < block_count_[0]; ++x, ++block) {
+        if (block_revision_[block] <= revision) continue;
+        const VoxelIndex lo{kBlock * x, kBlock * y, kBlock * z};
+        visit({lo,
+               {std::min(lo.x + kBlock, grid_.size()[0]) - 1, std::min(lo.y + kBlock, grid_.size()[1]) - 1,
+                std::min(lo.z + kBlock, grid_.size()[2]) - 1}});
+      }
+    }
   }
-  return true;
 }
 
 double DistanceField::distance_m(const VoxelIndex& v) const {
@@ -122,13 +135,6 @@ void DistanceField::update(const OccupancyMap& map) {
   }
   if (!boxes.empty()) {
     ++revision_;
-  }
-  for (const VoxelBox& box : boxes) {
-    changes_.push_back({revision_, box});
-  }
-  while (changes_.size() > kMostChanges) {
-    forgotten_ = changes_.front().revision;
-    changes_.pop_front();
   }
   for (const VoxelBox& box : boxes) {
     for (int z = box.lo.z; z <= box.hi.z; z += kTile) {
@@ -217,19 +223,30 @@ bool DistanceField::read_row(int first_x, int count, int y, int z) {
 /// For kBlocked the nearest cell outside the grid lies straight along some axis.
 void DistanceField::write_row(const Range& x, int y, int z) {
   const std::array<int, 3>& size = grid_.size();
-  std::uint16_t* const out = squared_.data() + grid_.linear({0, y, z});
   int across = truncation_cells_;
   if (obstacles_ == Obstacles::kBlocked) across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, across});
   const auto cap = static_cast<std::int16_t>(across * across);
-  const std::int16_t* const line = line_.data() - x.lo;
-  for (int i = x.lo; i <= x.hi; ++i) out[i] = static_cast<std::uint16_t>(std::min(line[i], cap));
-  if (obstacles_ != Obstacles::kBlocked) return;
-  const auto at_border = [&](int i) {
-    const int border = std::min(i + 1, size[0] - i);
-    out[i] = std::min(out[i], static_cast<std::uint16_t>(border * border));
-  };
-  for (int i = x.lo; i <= std::min(x.hi, truncation_cells_); ++i) at_border(i);
-  for (int i = std::max(x.lo, size[0] - truncation_cells_); i <= x.hi; ++i) at_border(i);
+  std::int16_t* const line = line_.data() - x.lo;
+  for (int i = x.lo; i <= x.hi; ++i) line[i] = std::min(line[i], cap);
+  if (obstacles_ == Obstacles::kBlocked) {
+    const auto at_border = [&](int i) {
+      const int border = std::min(i + 1, size[0] - i);
+      line[i] = std::min(line[i], static_cast<std::int16_t>(border * border));
+    };
+    for (int i = x.lo; i <= std::min(x.hi, truncation_cells_); ++i) at_border(i);
+    for (int i = std::max(x.lo, size[0] - truncation_cells_); i <= x.hi; ++i) at_border(i);
+  }
+  std::uint16_t* const out = squared_.data() + grid_.linear({0, y, z});
+  std::uint64_t* const revisions =
+      block_revision_.data() +
+      (static_cast<std::ptrdiff_t>(z / kBlock) * block_count_[1] + y / kBlock) * block_count_[0];
+  for (int first = x.lo; first <= x.hi; first = (first / kBlock + 1) * kBlock) {
+    const auto bytes =
+        sizeof(std::uint16_t) * static_cast<std::size_t>(std::min((first / kBlock + 1) * kBlock, x.hi + 1) - first);
+    if (std::memcmp(out + first, line + first, bytes) == 0) continue;
+    std::memcpy(out + first, line + first, bytes);
+    revisions[first / kBlock] = revision_;
+  }
 }
 
 int min_squared_cells_for(double radius_m, double resolution_m) {

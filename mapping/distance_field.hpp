@@ -3,8 +3,8 @@
 #include "core/grid_spec.hpp"
 #include "mapping/occupancy_map.hpp"
 
+#include <array>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <vector>
 
@@ -29,9 +29,8 @@ class DistanceField {
   std::uint64_t revision() const { return revision_; }
   /// Another one for every field and every copy, in this process.
   std::uint64_t id() const { return id_.value; }
-  /// Visits boxes that hold every voxel whose distance may have changed after `revision`; they may overlap. False, and
-  /// nothing visited, if that is too long ago to be known.
-  bool for_each_change_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
+  /// Visits the boxes of blocks of 8 x 8 x 8 voxels that hold every voxel whose distance changed after `revision`.
+  void for_each_block_changed_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
 
   /// Squared cells, capped at truncation_cells()^2; 0 outside the grid for kBlocked.
   std::uint16_t squared_cells(const VoxelIndex& v) const {
@@ -66,14 +65,7 @@ class DistanceField {
     }
     static std::uint64_t next();
   };
-  struct Change {
-    std::uint64_t revision;
-    VoxelBox box;
-  };
-
   Id id_;
-  std::deque<Change> changes_;   ///< the latest
-  std::uint64_t forgotten_ = 0;  ///< the last revision of which boxes are no longer listed
   GridSpec grid_;
   double truncation_m_ = 0.0;
   int truncation_cells_ = 0;
@@ -83,6 +75,8 @@ class DistanceField {
   bool fresh_ = true;
   std::uint64_t seen_revision_ = 0;  ///< of the map
   std::vector<std::uint16_t> squared_;
+  std::array<int, 3> block_count_{0, 0, 0};
+  std::vector<std::uint64_t> block_revision_;  ///< of the last change in each block
   std::vector<std::uint64_t> obstacle_;  ///< a bit per voxel, every row begins a word
   std::size_t row_words_ = 0;
   std::vector<std::int16_t> along_x_, along_xy_, line_;  ///< scratch

@@ -1,9 +1,13 @@
 #include "mapping/octree_stream.hpp"
 
+#include "core/errors.hpp"
 #include "mapping/block_pyramid.hpp"
 
 #include <octomap/octomap_utils.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <ostream>
@@ -240,7 +244,54 @@ std::string header(bool binary, std::size_t nodes, double resolution_m) {
   return std::move(text).str();
 }
 
+/// Nodes in the order of the file: log-odds, then a byte with a bit for each child that follows.
+class LeafReader {
+ public:
+  LeafReader(std::string_view body, OccupancyMap& map) : body_(body), map_(map) {}
+
+  /// @param corner  of the node, in voxels of the map's grid @param edge  in voxels
+  void read_node(const VoxelIndex& corner, int edge) {
+    float log_odds = 0.0F;
+    std::memcpy(&log_odds, body_.data() + at_, sizeof log_odds);
+    const auto children = static_cast<unsigned char>(body_[at_ + sizeof log_odds]);
+    at_ += sizeof log_odds + 1;
+    if (children == 0) return fill(corner, edge, log_odds);
+    const int half = edge / 2;
+    for (int child = 0; child < 8; ++child) {
+      if ((children >> child & 1) == 0) continue;
+      read_node(corner + VoxelIndex{(child & 1) * half, (child >> 1 & 1) * half, (child >> 2) * half}, half);
+    }
+  }
+
+ private:
+  void fill(const VoxelIndex& corner, int edge, float log_odds) {
+    const std::array<int, 3>& size = map_.grid().size();
+    for (int z = std::max(corner.z, 0); z < std::min(corner.z + edge, size[2]); ++z)
+      for (int y = std::max(corner.y, 0); y < std::min(corner.y + edge, size[1]); ++y)
+        for (int x = std::max(corner.x, 0); x < std::min(corner.x + edge, size[0]); ++x)
+          map_.set_log_odds({x, y, z}, log_odds);
+  }
+
+  std::string_view body_;
+  OccupancyMap& map_;
+  std::size_t at_ = 0;
+};
+
 }  // namespace
+
+void read_octomap(std::string_view content, const std::string& name, OccupancyMap& map) {
+  const OctomapHeader header = checked_octomap_header(content, name);
+  if (header.format != OctomapFormat::kFull) throw InputError(name + ": is not a .ot file");
+  const double resolution_m = map.grid().resolution_m();
+  if (std::abs(header.resolution_m - resolution_m) > 1e-5 * resolution_m) {  // the header has six digits
+    throw InputError(name + ": an OctoMap of " + std::to_string(header.resolution_m) + " m cannot fill a map of " +
+                     std::to_string(resolution_m) + " m voxels");
+  }
+  if (header.nodes == 0) return;
+  const std::array<int, 3>& first = map.grid().first_cell();
+  LeafReader(content.substr(header.body), map)
+      .read_node({-kKeyOffset - first[0], -kKeyOffset - first[1], -kKeyOffset - first[2]}, 1 << kTreeDepth);
+}
 
 void write_octomap(const OccupancyMap& map, std::ostream& stream, OctomapFormat format) {
   FileForm form(map.params(), format);

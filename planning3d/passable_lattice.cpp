@@ -51,8 +51,9 @@ void PassableLattice::update(const FreeSpace& space, const MotionRule& rule) {
   Basis basis{field.id(), space.min_squared_cells(), space.lo(), space.hi(), rule.kind, rule.layers_m};
   const bool known = basis == basis_;
   if (known && field.revision() == revision_) return;
-  const auto redo = [&](const mapping::VoxelBox& box) { mark(space, box); };
-  if (!known || !field.for_each_change_since(revision_, redo)) {
+  if (known) {
+    field.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { mark(space, block); });
+  } else {
     level_.assign(static_cast<std::size_t>(grid.size()[2]), 0);
     if (rule.kind == MotionRule::Kind::kSlice) level_ = level_table(grid, rule);
     std::fill(flags_.begin(), flags_.end(), std::uint8_t{0});

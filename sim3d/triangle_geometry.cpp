@@ -82,6 +82,10 @@ bool segment_hits(const Triangle& triangle, const Eigen::Vector3d& a_m, const Ei
 }
 
 std::vector<Eigen::Vector3d> clip_to_box(const Triangle& triangle, const Aabb& box) {
+  for (int axis = 0; axis < 3; ++axis) {  // most triangles that are asked about lie beside the box
+    const auto [least, most] = std::minmax({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
+    if (most < box.min_m[axis] || least > box.max_m[axis]) return {};
+  }
   // Sutherland & Hodgman 1974, one box face after the other
   std::vector<Eigen::Vector3d> polygon(triangle.begin(), triangle.end());
   std::vector<Eigen::Vector3d> clipped;

@@ -6,6 +6,7 @@
 
 #include "core/errors.hpp"
 #include "mapping/octomap_io.hpp"
+#include "mapping/octree_stream.hpp"
 #include "sim3d/loaders/input_file.hpp"
 #include "sim3d/loaders/loaders.hpp"
 #include "sim3d/world.hpp"
@@ -93,6 +94,9 @@ void use_tree(const octomap::OcTree& tree) {
     const double edge_m = 8.0 * tree.getResolution();
     const GridSpec grid({Eigen::Vector3d::Constant(-edge_m), Eigen::Vector3d::Constant(edge_m)}, tree.getResolution());
     const OccupancyMap part = mapping::map_from_octree(tree, grid);
+    OccupancyMap streamed(grid);
+    mapping::read_octomap(written, "again.ot", streamed);
+    require(streamed.known_voxels() == part.known_voxels(), "a map read without a tree differs from one read with it");
     for (std::size_t i = 0; i < grid.voxel_count(); i += 7) {
       const VoxelIndex v = grid.voxel(i);
       const auto key = [&](int at, std::size_t axis) {

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
@@ -100,6 +102,40 @@ TEST_CASE("distance field's revision counts real changes only", "[distance]") {
   field.update(map);
   CHECK(field.revision() == first + 1);
   CHECK(field.distance_m({4, 4, 6}) == Approx(0.2));
+}
+
+TEST_CASE("distance field names the blocks whose distances changed, and no others", "[distance]") {
+  const Obstacles obstacles = GENERATE(Obstacles::kOccupied, Obstacles::kBlocked);
+  Rng rng = make_rng(5, "edt-changes");
+  for (int round = 0; round < 6; ++round) {
+    OccupancyMap map(random_grid(rng, 90));
+    DistanceField field(map.grid(), 0.6, obstacles);
+    std::vector<std::pair<std::uint64_t, std::vector<std::uint16_t>>> history{{0, field.data()}};
+    for (int change = 0; change < 6; ++change) {
+      scribble(rng, map, change % 3);
+      field.update(map);
+      const auto& [since, before] = history[static_cast<std::size_t>(rng.uniform_int(0, change))];
+      std::vector<bool> visited(field.data().size(), false);
+      field.for_each_block_changed_since(since, [&](const VoxelBox& block) {
+        for (int z = block.lo.z; z <= block.hi.z; ++z)
+          for (int y = block.lo.y; y <= block.hi.y; ++y)
+            for (int x = block.lo.x; x <= block.hi.x; ++x) visited[map.grid().linear({x, y, z})] = true;
+      });
+      for (std::size_t i = 0; i < visited.size(); ++i)
+        if (before[i] != field.data()[i]) REQUIRE(visited[i]);
+      history.emplace_back(field.revision(), field.data());
+    }
+    int named = 0;
+    field.for_each_block_changed_since(field.revision(), [&](const VoxelBox&) { ++named; });
+    CHECK(named == 0);
+    map.update({0, 0, 0}, true);  // far from most blocks
+    map.update({0, 0, 0}, true);
+    const std::uint64_t last = field.revision();
+    field.update(map);
+    field.for_each_block_changed_since(last, [&](const VoxelBox& block) {
+      CHECK(std::max({block.lo.x, block.lo.y, block.lo.z}) <= field.truncation_cells());
+    });
+  }
 }
 
 TEST_CASE("distance field refuses truncations it cannot hold", "[distance]") {

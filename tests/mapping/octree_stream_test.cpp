@@ -231,3 +231,36 @@ TEST_CASE("a large file is written in small pieces and makes no tree", "[stream]
   map.octree();
   CHECK(map.memory_bytes() > before);
 }
+
+TEST_CASE("a .ot file is read back into the map as through OctoMap's tree", "[stream]") {
+  Rng rng = make_rng(31, "octree read");
+  for (int round = 0; round < 12; ++round) {
+    const GridSpec grid({{-1.3, 0.2, -0.7}, {rng.uniform(0.5, 4.0), rng.uniform(1.0, 5.0), rng.uniform(0.5, 3.0)}}, 0.1);
+    OccupancyMap map(grid);
+    for (int i = 0; i < 3; ++i) scribble(rng, map, i);
+    const std::string bytes = our_bytes(map, OctomapFormat::kFull);
+    OccupancyMap back(grid);
+    read_octomap(bytes, "bytes", back);
+    require_same_log_odds(back, map);
+    // Into a smaller grid, and one that lies beside: what lies outside is left out.
+    for (const Aabb& box : {Aabb{{0.0, 0.5, 0.0}, {0.4, 1.1, 0.3}}, Aabb{{-3.0, 0.0, 0.0}, {-2.0, 3.0, 1.0}}}) {
+      const GridSpec part(box, 0.1);
+      OccupancyMap ours(part);
+      read_octomap(bytes, "bytes", ours);
+      require_same_log_odds(ours, map_from_octree(*parse_octree(bytes, "bytes"), part));
+    }
+  }
+}
+
+TEST_CASE("reading a .ot file into a map refuses what does not fit, by name", "[stream]") {
+  OccupancyMap map(GridSpec({Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()}, 0.1));
+  map.update({1, 2, 3}, true);
+  const std::string full = our_bytes(map, OctomapFormat::kFull);
+  OccupancyMap coarse(GridSpec({Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()}, 0.2));
+  CHECK_THROWS_WITH(read_octomap(full, "a.ot", coarse), Catch::Contains("a.ot") && Catch::Contains("0.2"));
+  CHECK_THROWS_WITH(read_octomap(our_bytes(map, OctomapFormat::kBinary), "a.bt", map), Catch::Contains("a.bt"));
+  CHECK_THROWS_WITH(read_octomap(full.substr(0, full.size() - 1), "cut.ot", map), Catch::Contains("cut.ot"));
+  OccupancyMap empty(map.grid());
+  read_octomap(our_bytes(empty, OctomapFormat::kFull), "empty.ot", empty);
+  CHECK(empty.known_voxels() == 0);
+}

@@ -121,7 +121,7 @@ TEST_CASE("a passable lattice kept up to date equals a new one", "[travel_costs]
     const MotionRule rule = round % 2 == 0 ? MotionRule::volume() : MotionRule::slice({0.75, 1.55});
     PassableLattice kept(stride);
     std::ptrdiff_t passable = 0;
-    const bool seldom = round % 3 == 2;  // so much between two looks that the field has forgotten
+    const bool seldom = round % 3 == 2;  // much between two looks
     for (int i = 0; i < 40; ++i) {
       for (int change = 0; change < (seldom ? 40 : 3); ++change) {
         const Eigen::Vector3d at_m(rng.uniform(0.0, 4.3), rng.uniform(0.0, 3.1), rng.uniform(0.0, 2.5));
@@ -146,7 +146,7 @@ TEST_CASE("a passable lattice kept up to date equals a new one", "[travel_costs]
       }
     }
     CHECK(passable > 0);
-    // More single changes than the field remembers, then a copy that goes its own way under the same revision.
+    // Many single changes, then a copy that goes its own way under the same revision.
     const auto dig = [&](int x) {
       for (int y = 8; y < 22; ++y)
         for (int z = 6; z < 18; ++z) map.set_log_odds({x, y, z}, std::nanf(""));
