@@ -54,6 +54,12 @@ std::string known_name(const std::string& text, const std::vector<std::string_vi
   return choice<std::string>(text, known);
 }
 
+std::vector<std::string_view> hybrid_beginnings() {
+  std::vector<std::string_view> names = coverage3d::strategy_names();
+  std::erase(names, "hybrid");
+  return names;
+}
+
 void apply_box(RunConfig& config, const std::string& text) {
   const std::vector<double> v = parse_numbers(text);
   if (v.size() != 6) throw InputError("'" + text + "' is not a box: give x0,y0,z0,x1,y1,z1");
@@ -151,9 +157,17 @@ const std::vector<Entry>& task_entries() {
       {{"experience", "--experience", "on|off", "apf fills local minima"},
        "off",
        [](RunConfig& c, const std::string& t) { c.fleet.planner_options.experience = parse_switch(t); }},
-      {{"coverage", "--coverage", "NAME", "layers or frontiers (default: by mode)"},
+      {{"coverage", "--coverage", "NAME",
+        "layers, frontiers, kmeans, hybrid, nearest, greedy, lawnmower or random (default: layers or frontiers, by "
+        "mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},
+      {{"hybrid_first", "", "", "strategy of hybrid before k-means"},
+       "greedy",
+       [](RunConfig& c, const std::string& t) { c.fleet.hybrid_first = known_name(t, hybrid_beginnings()); }},
+      {{"hybrid_switch", "", "", "share of the box that is known when hybrid goes over to k-means"},
+       "0.7",
+       number([](RunConfig& c) -> double& { return c.fleet.hybrid_switch; })},
       {{"layers", "--layers", "z1,z2,..|auto", "heights of the layers in slice mode, metres"}, "auto", apply_layers},
   };
   return entries;

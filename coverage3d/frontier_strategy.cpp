@@ -51,11 +51,11 @@ double turn_time_s(const MotionLimits& limits, double turn_rad) {
   return angle_rad / limits.yaw_rate_radps + limits.yaw_rate_radps / limits.yaw_acceleration_radps2;
 }
 
-bool belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m) {
+}  // namespace
+
+bool FrontierStrategy::belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m) {
   return cluster.bounds_m.inflated(kSamePlace_m).contains(target_m);
 }
-
-}  // namespace
 
 FrontierStrategy::FrontierStrategy(const CoverageConfig& config, bool views_at_layers)
     : config_(config),
@@ -337,7 +337,8 @@ void FrontierStrategy::remember(const Goal& goal, const std::vector<VoxelIndex>&
 }
 
 void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
-                                 const std::vector<Stop>& stops, Assignment& assignment) {
+                                 const std::vector<Stop>& all_stops, Assignment& assignment) {
+  const std::vector<Stop> stops = without_absorbed(space, crew, nearest_stops(request, crew, all_stops));
   const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops);
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t k = 0; k < plan.size(); ++k) {
@@ -384,7 +385,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   assignment.open_targets += pending;
   choose_poses(crew, stops);
   prepare(request, stops);
-  share_out(space, request, crew, without_absorbed(space, crew, nearest_stops(request, crew, stops)), assignment);
+  share_out(space, request, crew, stops, assignment);
   return assignment;
 }
 

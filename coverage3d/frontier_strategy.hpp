@@ -52,6 +52,21 @@ class FrontierStrategy : public CoverageStrategy {
   /// Seconds that a UAV would rather spend than take this view (layers: views outside its own layer).
   virtual double reluctance_s(std::size_t /*uav*/, const Viewpoint&) const { return 0.0; }
 
+  /// Gives goals to the UAVs that want one: here the first stops of tours over what is near.
+  virtual void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
+                         const std::vector<Stop>& stops, Assignment& assignment);
+
+  /// Whether a goal with this target is for the cluster.
+  static bool belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m);
+  /// Geodesic, infinite where there is no way.
+  double way_m(std::size_t vehicle, const Viewpoint& to) const {
+    return static_cast<double>(costs_[vehicle].distance_m(to.voxel));
+  }
+  double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
+  /// The stop's view that serves the vehicle best, remembered as given.
+  Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
+                const Stop* next, double time_s);
+
   const CoverageConfig& config() const { return config_; }
   const LayerFinder& layer_finder() const;
 
@@ -77,14 +92,9 @@ class FrontierStrategy : public CoverageStrategy {
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
-  double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
-  Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
-                const Stop* next, double time_s);
-  void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
-                 const std::vector<Stop>& stops, Assignment& assignment);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
 
   CoverageConfig config_;

@@ -66,16 +66,19 @@ struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;
   Robot robot;
-  Aabb box;                         ///< task box: only frontiers inside count
-  std::vector<double> layers_m;     ///< given layers; empty = automatic
-  bool slice = false;               ///< viewpoints only at layer heights
-  double min_gain_m3 = 0.1;         ///< views that show less unknown volume are not worth a flight
-  double blacklist_radius_m = 0.6;  ///< SPEC B4
-  double blacklist_time_s = 120.0;  ///< expiry
+  Aabb box;                             ///< task box: only frontiers inside count
+  std::vector<double> layers_m;         ///< given layers; empty = automatic
+  bool slice = false;                   ///< viewpoints only at layer heights
+  double min_gain_m3 = 0.1;             ///< views that show less unknown volume are not worth a flight
+  double blacklist_radius_m = 0.6;      ///< SPEC B4
+  double blacklist_time_s = 120.0;      ///< expiry
+  std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
+  double hybrid_switch = 0.7;           ///< ... when this share of the box is known
   std::uint64_t seed = 1;
 };
 
-/// `frontiers` or `layers`. @throws InputError listing the known names.
+/// `frontiers`, `layers`, `kmeans`, `hybrid` and the baselines `nearest`, `greedy`, `lawnmower`, `random`. @throws
+/// InputError listing the known names.
 std::unique_ptr<CoverageStrategy> make_strategy(std::string_view name, const CoverageConfig& config);
 std::vector<std::string_view> strategy_names();
 

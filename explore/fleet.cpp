@@ -39,6 +39,8 @@ coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
   coverage.slice = config.mode == Mode::kSlice;
   coverage.blacklist_radius_m = config.blacklist_radius_m;
   coverage.blacklist_time_s = config.blacklist_time_s;
+  coverage.hybrid_first = config.hybrid_first;
+  coverage.hybrid_switch = config.hybrid_switch;
   coverage.seed = config.seed;
   return coverage;
 }

@@ -40,7 +40,9 @@ struct FleetConfig {
   Avoidance avoidance = Avoidance::kPriority;
   planning3d::PlannerOptions planner_options;
   std::string coverage = "frontiers";
-  std::vector<double> layers_m;  ///< slice mode; empty = automatic
+  std::string hybrid_first = "greedy";  ///< coverage `hybrid`: what decides before k-means does ...
+  double hybrid_switch = 0.7;           ///< ... from when this share of the box is known
+  std::vector<double> layers_m;         ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;
   double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
   double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)

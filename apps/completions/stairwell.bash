@@ -7,7 +7,7 @@ _stairwell() {
     --planner) COMPREPLY=($(compgen -W "astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --attraction) COMPREPLY=($(compgen -W "cone geodesic" -- "$current")); return ;;
-    --coverage) COMPREPLY=($(compgen -W "layers frontiers" -- "$current")); return ;;
+    --coverage) COMPREPLY=($(compgen -W "layers frontiers kmeans hybrid nearest greedy lawnmower random" -- "$current")); return ;;
     --algo) COMPREPLY=($(compgen -W "bc dagger" -- "$current")); return ;;
     --head) COMPREPLY=($(compgen -W "unit_vector angles" -- "$current")); return ;;
     --device) COMPREPLY=($(compgen -W "cpu cuda" -- "$current")); return ;;

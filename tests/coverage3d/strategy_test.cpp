@@ -34,13 +34,6 @@ std::vector<toy::Scenario> scenarios() {
 
 }  // namespace
 
-TEST_CASE("compared with the nearest viewpoint", "[.compare]") {
-  for (const toy::Scenario& scenario : scenarios()) {
-    report(scenario.name + " frontiers", toy::run(scenario, *make_strategy("frontiers", scenario.config)));
-    report(scenario.name + " nearest", toy::run_nearest(scenario));
-  }
-}
-
 TEST_CASE("an office with four UAVs, for timing", "[.office]") {
   toy::Scenario scenario{"office lidar x4",
                          toy::office(0.1),
@@ -86,7 +79,10 @@ TEST_CASE("a world without free space ends at once") {
 TEST_CASE("unknown strategies and damaged states are refused") {
   const toy::World world({{0, 0, 0}, {4, 4, 3}}, 0.2);
   const CoverageConfig config = toy::config_for(world, toy::lidar());
-  CHECK_THROWS_AS(make_strategy("nearest", config), InputError);
+  CHECK_THROWS_AS(make_strategy("nearby", config), InputError);
+  CoverageConfig endless = config;
+  endless.hybrid_first = "hybrid";
+  CHECK_THROWS_AS(make_strategy("hybrid", endless), InputError);
   for (const std::string_view name : strategy_names()) {
     const auto strategy = make_strategy(name, config);
     CHECK(strategy->name() == name);

@@ -1,9 +1,6 @@
 #include "toy_world.hpp"
 
 #include "core/units.hpp"
-#include "coverage3d/blacklist.hpp"
-#include "coverage3d/frontier_finder.hpp"
-#include "coverage3d/target_book.hpp"
 #include "coverage3d/voxel_walk.hpp"
 #include "planning3d/travel_costs.hpp"
 
@@ -38,73 +35,6 @@ struct Uav {
   double busy_until_s = 0.0;
   std::optional<Goal> goal;
 };
-
-using Assign = std::function<Assignment(const planning3d::FreeSpace&, const AssignmentRequest&)>;
-using Vain = std::function<bool(const planning3d::FreeSpace&, const Goal&, double)>;
-
-Outcome fly(const Scenario& scenario, const Assign& assign, const Vain& vain) {
-  const World& world = scenario.world;
-  const CoverageConfig& config = scenario.config;
-  mapping::OccupancyMap map(world.grid());
-  mapping::DistanceField distance(world.grid(), 1.0, mapping::Obstacles::kBlocked);
-  Outcome outcome;
-  std::vector<Uav> uavs;
-  for (const Eigen::Vector3d& start_m : scenario.starts_m) {
-    uavs.push_back({start_m, 0.0, 0.0, std::nullopt});
-    map.assume_free(start_m, kAssumedFree_m);
-    for (int i = 0; i < 6; ++i) look(world, config.sensor, start_m, i * kPi / 3.0, map);
-  }
-  std::size_t assignments = 0;
-  for (double time_s = 0.0; outcome.goals < scenario.most_goals; time_s += kTick_s) {
-    distance.update(map);
-    const planning3d::FreeSpace space(map, distance, config.robot, config.box);
-    AssignmentRequest request;
-    request.time_s = time_s;
-    bool wanted = false;
-    for (Uav& uav : uavs) {
-      if (uav.goal && uav.busy_until_s <= time_s) {
-        uav.position_m = uav.goal->position_m;
-        uav.yaw_rad = uav.goal->yaw_rad;
-        look(world, config.sensor, uav.position_m, uav.yaw_rad, map);
-        outcome.vain += vain(space, *uav.goal, time_s);
-        uav.goal.reset();
-      }
-      request.uavs.push_back({uav.position_m, Eigen::Vector3d::Zero(), uav.yaw_rad, !uav.goal, uav.goal});
-      wanted = wanted || !uav.goal;
-    }
-    if (!wanted) continue;
-    distance.update(map);
-    const double before_ms = now_ms();
-    const Assignment assignment = assign(space, request);
-    const double took_ms = now_ms() - before_ms;
-    ++assignments;
-    outcome.assign_ms += took_ms;
-    outcome.assign_max_ms = std::max(outcome.assign_max_ms, took_ms);
-    bool flying = false;
-    for (std::size_t i = 0; i < uavs.size(); ++i) {
-      Uav& uav = uavs[i];
-      if (!uav.goal && assignment.goals[i]) {
-        uav.goal = assignment.goals[i];
-        const double way_m = uav.goal->travel_m;
-        const double turn_s = config.sensor.panoramic() ? 0.0
-                                                        : std::abs(wrap_angle(uav.goal->yaw_rad - uav.yaw_rad)) /
-                                                              config.limits.yaw_rate_radps;
-        uav.busy_until_s = time_s + std::max(way_m / config.limits.speed_mps, turn_s) + 1.0;
-        outcome.travel_m += way_m;
-        ++outcome.goals;
-        outcome.longest_s = std::max(outcome.longest_s, uav.busy_until_s);
-      }
-      flying = flying || uav.goal.has_value();
-    }
-    if (!flying) {
-      outcome.finished = assignment.open_targets == 0;
-      break;
-    }
-  }
-  outcome.assign_ms /= static_cast<double>(std::max<std::size_t>(1, assignments));
-  outcome.known_part = known_part(scenario, map);
-  return outcome;
-}
 
 }  // namespace
 
@@ -226,65 +156,70 @@ World office(double resolution_m) {
 World corridor(double resolution_m) { return World({{0.0, 0.0, 0.0}, {24.0, 1.6, 2.4}}, resolution_m); }
 
 Outcome run(const Scenario& scenario, CoverageStrategy& strategy) {
-  return fly(
-      scenario, [&](const auto& space, const auto& request) { return strategy.assign(space, request); },
-      [&](const auto& space, const Goal& goal, double time_s) {
-        if (!strategy.still_useful(space, goal)) return false;
-        strategy.report_failure(goal, time_s);
-        return true;
-      });
-}
-
-Outcome run_nearest(const Scenario& scenario) {
+  const World& world = scenario.world;
   const CoverageConfig& config = scenario.config;
-  FrontierConfig frontiers;
-  frontiers.box = config.box;
-  FrontierFinder finder(scenario.world.grid(), frontiers);
-  ViewpointConfig views;
-  views.sensor = config.sensor;
-  views.box = config.box;
-  TargetBook book(views);
-  Blacklist blacklist(config.blacklist_radius_m, config.blacklist_time_s);
-  const auto assign = [&](const planning3d::FreeSpace& space, const AssignmentRequest& request) {
-    finder.update(space.map());
-    Assignment assignment;
-    assignment.goals.resize(request.uavs.size());
-    std::vector<planning3d::TravelCosts> costs(request.uavs.size());
-    for (std::size_t k = 0; k < costs.size(); ++k)
-      costs[k].compute(space, request.uavs[k].position_m, planning3d::MotionRule::volume());
-    ViewpointPlaces places;
-    places.reachable = [&](const VoxelIndex& v) {
-      return std::any_of(costs.begin(), costs.end(), [&](const auto& c) { return std::isfinite(c.distance_m(v)); });
-    };
-    book.refresh(space, finder, places);
-    while (book.look(space, finder, places, {}) > 0) {
-    }
-    for (std::size_t k = 0; k < costs.size(); ++k) {
-      if (!request.uavs[k].wants_goal) continue;
-      double nearest_m = std::numeric_limits<double>::infinity();
-      for (const auto& [id, target] : book.targets()) {
-        const FrontierCluster& cluster = finder.clusters().at(id);
-        if (blacklist.blocks_target(cluster, request.time_s)) continue;
-        for (const Viewpoint& view : target.views) {
-          const auto way_m = static_cast<double>(costs[k].distance_m(view.voxel));
-          if (way_m >= nearest_m || blacklist.blocks_place(view.position_m, request.time_s)) continue;
-          nearest_m = way_m;
-          assignment.goals[k] = Goal{view.position_m, view.yaw_rad, cluster.center_m, 0.0, way_m};
+  mapping::OccupancyMap map(world.grid());
+  mapping::DistanceField distance(world.grid(), 1.0, mapping::Obstacles::kBlocked);
+  Outcome outcome;
+  std::vector<Uav> uavs;
+  for (const Eigen::Vector3d& start_m : scenario.starts_m) {
+    uavs.push_back({start_m, 0.0, 0.0, std::nullopt});
+    map.assume_free(start_m, kAssumedFree_m);
+    for (int i = 0; i < 6; ++i) look(world, config.sensor, start_m, i * kPi / 3.0, map);
+  }
+  std::size_t assignments = 0;
+  for (double time_s = 0.0; outcome.goals < scenario.most_goals; time_s += kTick_s) {
+    distance.update(map);
+    const planning3d::FreeSpace space(map, distance, config.robot, config.box);
+    AssignmentRequest request;
+    request.time_s = time_s;
+    bool wanted = false;
+    for (Uav& uav : uavs) {
+      if (uav.goal && uav.busy_until_s <= time_s) {
+        uav.position_m = uav.goal->position_m;
+        uav.yaw_rad = uav.goal->yaw_rad;
+        look(world, config.sensor, uav.position_m, uav.yaw_rad, map);
+        if (strategy.still_useful(space, *uav.goal)) {
+          strategy.report_failure(*uav.goal, time_s);
+          ++outcome.vain;
         }
+        uav.goal.reset();
       }
+      request.uavs.push_back({uav.position_m, Eigen::Vector3d::Zero(), uav.yaw_rad, !uav.goal, uav.goal});
+      wanted = wanted || !uav.goal;
     }
-    return assignment;
-  };
-  const auto vain = [&](const planning3d::FreeSpace& space, const Goal& goal, double time_s) {
-    finder.update(space.map());
-    for (const auto& [id, cluster] : finder.clusters())
-      if ((cluster.center_m - goal.target_m).norm() < 0.05) {
-        blacklist.report(goal.position_m, goal.target_m, time_s);
-        return true;
+    if (!wanted) continue;
+    distance.update(map);
+    const double before_ms = now_ms();
+    const Assignment assignment = strategy.assign(space, request);
+    const double took_ms = now_ms() - before_ms;
+    ++assignments;
+    outcome.assign_ms += took_ms;
+    outcome.assign_max_ms = std::max(outcome.assign_max_ms, took_ms);
+    bool flying = false;
+    for (std::size_t i = 0; i < uavs.size(); ++i) {
+      Uav& uav = uavs[i];
+      if (!uav.goal && assignment.goals[i]) {
+        uav.goal = assignment.goals[i];
+        const double way_m = uav.goal->travel_m;
+        const double turn_s = config.sensor.panoramic() ? 0.0
+                                                        : std::abs(wrap_angle(uav.goal->yaw_rad - uav.yaw_rad)) /
+                                                              config.limits.yaw_rate_radps;
+        uav.busy_until_s = time_s + std::max(way_m / config.limits.speed_mps, turn_s) + 1.0;
+        outcome.travel_m += way_m;
+        ++outcome.goals;
+        outcome.longest_s = std::max(outcome.longest_s, uav.busy_until_s);
       }
-    return false;
-  };
-  return fly(scenario, assign, vain);
+      flying = flying || uav.goal.has_value();
+    }
+    if (!flying) {
+      outcome.finished = assignment.open_targets == 0;
+      break;
+    }
+  }
+  outcome.assign_ms /= static_cast<double>(std::max<std::size_t>(1, assignments));
+  outcome.known_part = known_part(scenario, map);
+  return outcome;
 }
 
 }  // namespace stairwell::coverage3d::toy

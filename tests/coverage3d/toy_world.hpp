@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -65,7 +64,5 @@ World corridor(double resolution_m);
 std::vector<char> seeable_from(const Scenario& scenario);
 
 Outcome run(const Scenario& scenario, CoverageStrategy& strategy);
-/// Always to the nearest viewpoint: what the strategies are compared with.
-Outcome run_nearest(const Scenario& scenario);
 
 }  // namespace stairwell::coverage3d::toy
