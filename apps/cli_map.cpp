@@ -1,4 +1,5 @@
 #include "apps/commands.hpp"
+#include "apps/known_map.hpp"
 #include "apps/map_files.hpp"
 #include "apps/option_values.hpp"
 #include "apps/render.hpp"
@@ -9,6 +10,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <ostream>
 
@@ -19,6 +22,7 @@ namespace {
 struct MapWords {
   std::string first, second, view = "iso", size = "1200x900", output;
   sim3d::WorldOptions world_options;
+  double resolution_m = std::numeric_limits<double>::quiet_NaN();
   bool json = false;
 };
 
@@ -33,12 +37,26 @@ void print(const nlohmann::ordered_json& values, bool json, std::ostream& out) {
   }
 }
 
+/// An OctoMap as it is, unknown space included; of a world what is solid.
 void render(const MapWords& words) {
   RenderOptions options;
   parse_view(words.view, options);
   std::tie(options.width, options.height) = parse_size(words.size);
-  const auto tree = mapping::load_octree(words.first);
-  render_map_png(mapping::map_from_octree(*tree), options, words.output);
+  if (is_octomap_file(words.first) && std::isnan(words.resolution_m)) {
+    const auto tree = mapping::load_octree(words.first);
+    render_map_png(mapping::map_from_octree(*tree), options, words.output);
+    return;
+  }
+  KnownMapOptions known;
+  known.world = words.world_options;
+  known.resolution_m = words.resolution_m;
+  render_map_png(load_known_map(words.first, known).map(), options, words.output);
+}
+
+void add_world_options(CLI::App& command, MapWords& words) {
+  command.add_option("--extrude-height", words.world_options.extrude_height_m, "Height of the walls of .pgm maps");
+  command.add_option("--point-size", words.world_options.point_size_m, "Edge of a cloud's voxels");
+  command.add_option("--voxel-size", words.world_options.voxel_size_m, "Edge of a cell of a .3dmap");
 }
 
 void add_info(CLI::App& map, CommandContext& context) {
@@ -55,9 +73,7 @@ void add_compare(CLI::App& map, CommandContext& context) {
   auto words = std::make_shared<MapWords>();
   command->add_option("MAP", words->first, ".bt or .ot file")->required();
   command->add_option("REFERENCE", words->second, "Another map (.bt .ot) or a world file")->required();
-  command->add_option("--extrude-height", words->world_options.extrude_height_m, "Height of the walls of .pgm maps");
-  command->add_option("--point-size", words->world_options.point_size_m, "Edge of a cloud's voxels");
-  command->add_option("--voxel-size", words->world_options.voxel_size_m, "Edge of a cell of a .3dmap");
+  add_world_options(*command, *words);
   command->add_flag("--json", words->json, "For machines");
   command->footer("Example:\n  stairwell map compare runs/duplex-volume-1/map.bt worlds/duplex.sdf --json");
   command->callback([words, &context] {
@@ -75,13 +91,19 @@ void add_convert(CLI::App& map) {
 }
 
 void add_render(CLI::App& map) {
-  CLI::App* command = map.add_subcommand("render", "Draw a map as a PNG");
+  CLI::App* command = map.add_subcommand("render", "Draw a map or a world as a PNG");
   auto words = std::make_shared<MapWords>();
-  command->add_option("MAP", words->first, ".bt or .ot file")->required();
-  command->add_option("--view", words->view, "iso, top, or slice:Z at the height Z in metres")->capture_default_str();
+  command->add_option("MAP", words->first, ".bt or .ot file, or a world file")->required();
+  command->add_option("--view", words->view, "iso, top, slice:Z at the height Z in metres, or storey:K, counted from 1")
+      ->capture_default_str();
   command->add_option("--size", words->size, "Width x height in pixels")->capture_default_str();
+  command->add_option("--resolution", words->resolution_m, "Edge of a world's voxels; the default is 0.1");
+  add_world_options(*command, *words);
   command->add_option("-o,--output", words->output, "PNG file")->required();
-  command->footer("Example:\n  stairwell map render map.bt --view slice:1.2 --size 800x600 -o slice.png");
+  command->footer(
+      "Examples:\n"
+      "  stairwell map render map.bt --view slice:1.2 --size 800x600 -o slice.png\n"
+      "  stairwell map render worlds/duplex.sdf --view storey:2 -o upstairs.png");
   command->callback([words] { render(*words); });
 }
 

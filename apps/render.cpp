@@ -1,8 +1,8 @@
 #include "apps/render.hpp"
 
 #include "apps/canvas.hpp"
+#include "apps/cast_storey.hpp"
 #include "apps/png_writer.hpp"
-#include "apps/voxel_faces.hpp"
 #include "apps/voxel_scene.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
@@ -19,8 +19,9 @@ namespace {
 
 constexpr double kAzimuth_rad = 0.68;  // a little off 45 degrees, so that no two walls fall on one line
 constexpr double kElevation_rad = 0.72;
-constexpr int kMargin = 28;  // pixels
-constexpr int kFooter = 58;  // pixels kept for scale bar and legend
+constexpr int kMargin = 28;           // pixels
+constexpr int kFooter = 58;           // pixels kept for scale bar and legend
+constexpr double kNearSlice_m = 1.0;  // tracks within this distance of a slice are drawn
 
 /// A storey and where it is put on the table.
 struct Tile {
@@ -223,53 +224,41 @@ void draw_labels(Image& image, const VoxelScene& scene, const Projection& view, 
   }
 }
 
-Image render_storeys(const VoxelScene& scene, const RenderOptions& options) {
-  const bool flat = options.view == RenderOptions::View::kTop;
-  Projection view = Projection::looking(flat ? 0.5 * kPi : kAzimuth_rad, flat ? 0.5 * kPi : kElevation_rad);
-  if (flat)
-    view.right = Eigen::Vector3d::UnitX(), view.up = Eigen::Vector3d::UnitY(), view.away = -Eigen::Vector3d::UnitZ();
-  const std::vector<Tile> tiles = arrange(scene, find_storeys(scene, options.keep_height), options, view);
-  const double low_m = tiles.front().storey.floor_m;
-  const double high_m = scene.origin_m.z() + scene.resolution_m * (tiles.back().storey.cut + 1);
-  std::vector<Colour> colours;
-  for (int z = 0; z < scene.size[2]; ++z) {
-    const double height_m = scene.origin_m.z() + scene.resolution_m * (z + 1);
-    colours.push_back(height_colour((height_m - low_m) / std::max(0.1, high_m - low_m)));
-  }
-  Canvas canvas(options.width, options.height);
-  for (const Tile& tile : tiles) draw_storey(canvas, view, scene, tile.storey, tile.shift_m, colours);
-  canvas.draw_outlines(static_cast<float>(4.0 * scene.resolution_m), 0.45f);
-  for (std::size_t i = 0; i < options.trajectories_m.size(); ++i)
-    draw_track(canvas, view, tiles, options.trajectories_m[i], track_colour(i));
-  Image image = canvas.resolve();
-  draw_labels(image, scene, view, tiles);
-  draw_scale_bar(image, view.samples_per_m / Canvas::kSamples);
-  draw_height_legend(image, low_m, high_m);
-  draw_track_legend(image, options.trajectories_m.size());
-  return image;
+Colour height_colour_of(const VoxelScene& scene, int layer, double low_m, double high_m) {
+  const double height_m = scene.origin_m.z() + scene.resolution_m * (layer + 1);
+  return height_colour((height_m - low_m) / std::max(0.1, high_m - low_m));
 }
 
-/// What of a track lies within a metre of a height.
-std::vector<Eigen::Vector3d> near_height(std::vector<Eigen::Vector3d> track_m, double height_m) {
-  for (Eigen::Vector3d& p : track_m)
-    if (std::abs(p.z() - height_m) > 1.0) p.setConstant(std::numeric_limits<double>::quiet_NaN());
-  return track_m;
+/// The whole text as a number.
+template <typename Number>
+bool read_all(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+/// All storeys, or the one that was asked for.
+std::vector<Storey> storeys_to_draw(const VoxelScene& scene, const RenderOptions& options) {
+  std::vector<Storey> storeys = find_storeys(scene, options.keep_height);
+  if (options.view != RenderOptions::View::kStorey) return storeys;
+  const int count = static_cast<int>(storeys.size());
+  if (options.storey < 1 || options.storey > count)
+    throw InputError("storey:" + std::to_string(options.storey) + ": the map has " + std::to_string(count) +
+                     (count == 1 ? " storey" : " storeys") + ", counted from 1");
+  return {storeys[static_cast<std::size_t>(options.storey - 1)]};
 }
 
 /// One layer of the map as a plan: dark solid, white free, grey unknown.
-Image render_slice(const mapping::OccupancyMap& map, const RenderOptions& options) {
+void draw_slice(Canvas& canvas, Projection& view, const mapping::OccupancyMap& map, const RenderOptions& options) {
   const Aabb box = map.grid().box();
   if (options.slice_z_m < box.min_m.z() || options.slice_z_m >= box.max_m.z())
     throw InputError("slice:" + metres(options.slice_z_m) + " lies outside the map, which reaches from " +
                      metres(box.min_m.z()) + " to " + metres(box.max_m.z()));
   const double frame_x = Canvas::kSamples * (options.width - 2.0 * kMargin);
   const double frame_y = Canvas::kSamples * (options.height - 2.0 * kMargin - kFooter);
-  Projection view;
   view.samples_per_m = std::min(frame_x / box.size_m().x(), frame_y / box.size_m().y());
   view.offset =
       Eigen::Vector2d(Canvas::kSamples * kMargin + 0.5 * frame_x, Canvas::kSamples * kMargin + 0.5 * frame_y) -
       view.samples_per_m * view.flat_m(box.center_m());
-  Canvas canvas(options.width, options.height);
   const Colour solid = from_srgb(44, 62, 92), open = from_srgb(255, 255, 255), unknown = from_srgb(205, 211, 220);
   for (int y = 0; y < canvas.height(); ++y)
     for (int x = 0; x < canvas.width(); ++x) {
@@ -279,21 +268,57 @@ Image render_slice(const mapping::OccupancyMap& map, const RenderOptions& option
       const Occupancy cell = map.at(p);
       canvas.set(x, y, 1e6f, cell == Occupancy::kOccupied ? solid : cell == Occupancy::kFree ? open : unknown);
     }
-  const std::vector<Tile> tiles(1);
-  for (std::size_t i = 0; i < options.trajectories_m.size(); ++i)
-    draw_track(canvas, view, tiles, near_height(options.trajectories_m[i], options.slice_z_m), track_colour(i));
-  Image image = canvas.resolve();
-  draw_scale_bar(image, view.samples_per_m / Canvas::kSamples);
-  draw_track_legend(image, options.trajectories_m.size());
-  const std::string text = "z = " + metres(options.slice_z_m);
-  draw_text(image, image.width - kMargin - text_width(text, 2), image.height - kMargin - 9, text, ink(), 2);
-  return image;
 }
 
-/// Nothing solid yet: a picture that says so, rather than an error at the end of a run.
-Image render_nothing(const RenderOptions& options) { return Canvas(options.width, options.height).resolve(); }
-
 }  // namespace
+
+struct MapPicture::Impl {
+  explicit Impl(const RenderOptions& render_options) : options(render_options), canvas(options.width, options.height) {}
+
+  void draw_storeys() {
+    const bool flat = options.view == RenderOptions::View::kTop;
+    view = Projection::looking(flat ? 0.5 * kPi : kAzimuth_rad, flat ? 0.5 * kPi : kElevation_rad);
+    if (flat)
+      view.right = Eigen::Vector3d::UnitX(), view.up = Eigen::Vector3d::UnitY(), view.away = -Eigen::Vector3d::UnitZ();
+    tiles = arrange(scene, storeys_to_draw(scene, options), options, view);
+    low_m = tiles.front().storey.floor_m;
+    high_m = scene.origin_m.z() + scene.resolution_m * (tiles.back().storey.cut + 1);
+    std::vector<Colour> colours;
+    for (int z = 0; z < scene.size[2]; ++z) colours.push_back(height_colour_of(scene, z, low_m, high_m));
+    for (const Tile& tile : tiles) draw_storey(canvas, view, scene, tile.storey, tile.shift_m, colours);
+    canvas.draw_outlines(static_cast<float>(4.0 * scene.resolution_m), 0.45f);
+  }
+
+  /// What of a track is in the picture; the rest is not finite.
+  std::vector<Eigen::Vector3d> visible(std::vector<Eigen::Vector3d> track_m) const {
+    double least_m = -std::numeric_limits<double>::infinity(), most_m = -least_m;
+    if (options.view == RenderOptions::View::kSlice)
+      least_m = options.slice_z_m - kNearSlice_m, most_m = options.slice_z_m + kNearSlice_m;
+    if (options.view == RenderOptions::View::kStorey)
+      least_m = tiles.front().storey.floor_m, most_m = tiles.front().storey.ceiling_m;
+    for (Eigen::Vector3d& p : track_m)
+      if (p.z() < least_m || p.z() > most_m) p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return track_m;
+  }
+
+  void annotate(Image& image) const {
+    draw_scale_bar(image, view.samples_per_m / Canvas::kSamples);
+    if (options.view == RenderOptions::View::kSlice) {
+      const std::string text = "z = " + metres(options.slice_z_m);
+      draw_text(image, image.width - kMargin - text_width(text, 2), image.height - kMargin - 9, text, ink(), 2);
+      return;
+    }
+    draw_labels(image, scene, view, tiles);
+    draw_height_legend(image, low_m, high_m);
+  }
+
+  RenderOptions options;
+  Canvas canvas;
+  Projection view;
+  VoxelScene scene;
+  std::vector<Tile> tiles;  ///< empty: nothing solid yet, and a picture that says so
+  double low_m = 0.0, high_m = 0.0;
+};
 
 std::vector<std::string> RenderOptions::problems() const {
   std::vector<std::string> found;
@@ -303,6 +328,7 @@ std::vector<std::string> RenderOptions::problems() const {
     found.push_back("height is " + std::to_string(height) + ", expected 240 to 8192 pixels");
   if (!(keep_height > 0.0 && keep_height <= 1.0)) found.push_back("keep_height must lie above 0 and at most at 1");
   if (view == View::kSlice && !std::isfinite(slice_z_m)) found.push_back("the slice has no height");
+  if (view == View::kStorey && storey < 1) found.push_back("storeys are counted from 1");
   return found;
 }
 
@@ -315,29 +341,50 @@ void parse_view(std::string_view text, RenderOptions& options) {
     options.view = RenderOptions::View::kTop;
     return;
   }
-  constexpr std::string_view kPrefix = "slice:";
-  double height_m = 0.0;
-  if (text.starts_with(kPrefix)) {
-    const std::string_view number = text.substr(kPrefix.size());
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), height_m);
-    if (error == std::errc{} && end == number.data() + number.size() && std::isfinite(height_m)) {
-      options.view = RenderOptions::View::kSlice;
-      options.slice_z_m = height_m;
-      return;
-    }
+  constexpr std::string_view kSlice = "slice:", kStorey = "storey:";
+  if (text.starts_with(kSlice) && read_all(text.substr(kSlice.size()), options.slice_z_m) &&
+      std::isfinite(options.slice_z_m)) {
+    options.view = RenderOptions::View::kSlice;
+    return;
   }
-  throw InputError("unknown view '" + std::string(text) + "': expected iso, top or slice:Z with Z in metres");
+  if (text.starts_with(kStorey) && read_all(text.substr(kStorey.size()), options.storey) && options.storey >= 1) {
+    options.view = RenderOptions::View::kStorey;
+    return;
+  }
+  throw InputError("unknown view '" + std::string(text) +
+                   "': expected iso, top, slice:Z with Z in metres, or storey:K with K from 1");
+}
+
+MapPicture::MapPicture(const mapping::OccupancyMap& map, const RenderOptions& options) {
+  const std::vector<std::string> problems = options.problems();
+  if (!problems.empty()) throw InputError("the map cannot be drawn: " + problems.front());
+  impl_ = std::make_unique<Impl>(options);
+  if (options.view == RenderOptions::View::kSlice) {
+    impl_->tiles.resize(1);
+    draw_slice(impl_->canvas, impl_->view, map, options);
+    return;
+  }
+  impl_->scene = make_scene(map);
+  if (!impl_->scene.empty()) impl_->draw_storeys();
+}
+
+MapPicture::~MapPicture() = default;
+MapPicture::MapPicture(MapPicture&&) noexcept = default;
+
+Image MapPicture::with(const std::vector<std::vector<Eigen::Vector3d>>& tracks_m, std::string_view caption) const {
+  Canvas canvas = impl_->canvas;
+  const bool any = !impl_->tiles.empty();
+  for (std::size_t i = 0; any && i < tracks_m.size(); ++i)
+    draw_track(canvas, impl_->view, impl_->tiles, impl_->visible(tracks_m[i]), track_colour(i));
+  Image image = canvas.resolve();
+  if (any) impl_->annotate(image);
+  if (any) draw_track_legend(image, tracks_m.size());
+  draw_text(image, kMargin, kMargin, caption, ink(), 2);
+  return image;
 }
 
 void render_map_png(const mapping::OccupancyMap& map, const RenderOptions& options, const std::filesystem::path& file) {
-  const std::vector<std::string> problems = options.problems();
-  if (!problems.empty()) throw InputError(file.string() + ": cannot be drawn: " + problems.front());
-  if (options.view == RenderOptions::View::kSlice) {
-    write_png(render_slice(map, options), file);
-    return;
-  }
-  const VoxelScene scene = make_scene(map);
-  write_png(scene.empty() ? render_nothing(options) : render_storeys(scene, options), file);
+  write_png(MapPicture(map, options).with(options.trajectories_m), file);
 }
 
 }  // namespace stairwell::apps

@@ -1,5 +1,7 @@
 #include "apps/voxel_scene.hpp"
 
+#include "perception/storeys.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +11,6 @@ namespace {
 constexpr double kLeastStorey_m = 1.9;
 constexpr double kSlab_m = 0.3;
 constexpr double kMostCut_m = 1.5;
-constexpr double kSlabShare = 0.6;
-constexpr double kLeastPeak = 0.3;  ///< of the largest floor's area
 
 struct Bounds {
   VoxelIndex lo{1 << 30, 1 << 30, 1 << 30};
@@ -33,39 +33,15 @@ Bounds occupied_bounds(const mapping::OccupancyMap& map) {
   return bounds;
 }
 
-/// Per layer: voxels that are solid with free space above.
-std::vector<double> floor_area(const VoxelScene& scene) {
-  std::vector<double> area(static_cast<std::size_t>(scene.size[2]), 0.0);
-  for (int z = 0; z < scene.size[2]; ++z)
-    for (int y = 0; y < scene.size[1]; ++y)
-      for (int x = 0; x < scene.size[0]; ++x)
-        if (scene.at(x, y, z) == Occupancy::kOccupied && scene.at(x, y, z + 1) == Occupancy::kFree)
-          area[static_cast<std::size_t>(z)] += 1.0;
-  return area;
-}
-
-/// Greedy from the largest peak; peaks nearer than a storey to a larger one belong to it (furniture, steps).
+/// Layers whose tops are floors, from below.
 std::vector<int> floor_layers(const VoxelScene& scene) {
-  const std::vector<double> area = floor_area(scene);
-  std::vector<double> smooth = area;
-  for (std::size_t z = 1; z < area.size(); ++z) smooth[z] += area[z - 1];
-  const double largest = smooth.empty() ? 0.0 : *std::max_element(smooth.begin(), smooth.end());
-  const int apart = std::max(1, static_cast<int>(std::ceil(kLeastStorey_m / scene.resolution_m)));
-  const int slab = static_cast<int>(std::lround(kSlab_m / scene.resolution_m));
+  const Eigen::Vector3d size(scene.size[0], scene.size[1], scene.size[2]);
+  const GridSpec grid(Aabb{scene.origin_m, scene.origin_m + scene.resolution_m * size}, scene.resolution_m);
+  perception::StoreyConfig config;
+  config.min_height_m = kLeastStorey_m;
   std::vector<int> floors;
-  while (largest > 0.0) {
-    const auto peak = std::max_element(smooth.begin(), smooth.end());
-    if (*peak < kLeastPeak * largest) break;
-    int layer = static_cast<int>(peak - smooth.begin());
-    if (layer > 0 && area[static_cast<std::size_t>(layer) - 1] > area[static_cast<std::size_t>(layer)]) --layer;
-    // A hollow slab (a bare model) has free space inside: its upper face is the floor.
-    for (int z = layer + 1; z <= std::min(scene.size[2] - 1, layer + slab); ++z)
-      if (area[static_cast<std::size_t>(z)] > kSlabShare * *peak) layer = z;
-    floors.push_back(layer);
-    for (int z = std::max(0, layer - apart); z <= std::min(scene.size[2] - 1, layer + apart); ++z)
-      smooth[static_cast<std::size_t>(z)] = 0.0;
-  }
-  std::sort(floors.begin(), floors.end());
+  for (const auto& storey : perception::detect_storeys(scene.cells, grid, config))
+    floors.push_back(static_cast<int>(std::lround((storey.floor_z_m - scene.origin_m.z()) / scene.resolution_m)) - 1);
   return floors;
 }
 

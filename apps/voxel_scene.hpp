@@ -43,7 +43,7 @@ struct Storey {
   double ceiling_m = 0.0;  ///< where the next storey begins, or the top of the map
 };
 
-/// Storeys by the peaks of horizontal area with free space above; at least one for a scene that is not empty.
+/// Storeys as perception::detect_storeys finds their floors; at least one for a scene that is not empty.
 /// @param keep share of each storey's height that stays after cutting, in (0, 1].
 std::vector<Storey> find_storeys(const VoxelScene& scene, double keep);
 

@@ -15,7 +15,7 @@ _stairwell() {
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
     --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
-    --view) COMPREPLY=($(compgen -W "iso top slice:" -- "$current")); return ;;
+    --view) COMPREPLY=($(compgen -W "iso top slice: storey:" -- "$current")); return ;;
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
   esac
   if [[ $COMP_CWORD -eq 1 ]]; then
@@ -53,7 +53,7 @@ _stairwell() {
         COMPREPLY=($(compgen -W "info compare convert render --help" -- "$current"))
         return
       fi
-      options="--json --view --size --help -o" ;;
+      options="--json --view --size --resolution --extrude-height --point-size --voxel-size --help -o" ;;
   esac
   if [[ $current == -* ]]; then
     COMPREPLY=($(compgen -W "$options" -- "$current"))

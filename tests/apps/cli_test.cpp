@@ -172,6 +172,10 @@ TEST_CASE("world and map commands") {
   const std::string png = (folder / "room.png").string();
   CHECK(run({"map", "render", bt, "--view", "top", "--size", "400x300", "-o", png}).code == 0);
   CHECK(std::filesystem::file_size(png) > 100);
+  CHECK(run({"map", "render", room, "--view", "storey:1", "--resolution", "0.2", "-o", png}).code == 0);
+  require_refused({"map", "render", room, "--view", "storey:2", "-o", png}, "storey:2: the map has 1 storey");
+  require_refused({"map", "render", room, "--view", "attic", "-o", png}, "attic");
+  require_refused({"map", "render", (folder / "no.sdf").string(), "-o", png}, "no.sdf");
   const std::string sdf = (folder / "g.sdf").string();
   CHECK(run({"world", "generate", "--storeys", "2", "--seed", "5", "-o", sdf}).code == 0);
   CHECK(run({"world", "generate", "--storeys", "2", "--seed", "5"}).out == testing::read_text(sdf));

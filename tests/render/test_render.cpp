@@ -1,5 +1,5 @@
+#include "apps/cast_storey.hpp"
 #include "apps/render.hpp"
-#include "apps/voxel_faces.hpp"
 #include "apps/voxel_scene.hpp"
 #include "building.hpp"
 #include "core/errors.hpp"
@@ -116,6 +116,98 @@ TEST_CASE("drawn faces lie where rays meet the voxels") {
   }
 }
 
+TEST_CASE("a wall throws a shadow away from the sun and takes ambient light from the floor beside it") {
+  VoxelScene scene;  // a floor of 6 x 4 m, a wall of 1 m across its middle; 0.1 m voxels
+  scene.size = {62, 42, 14};
+  for (int z = 0; z < 14; ++z)
+    for (int y = 0; y < 42; ++y)
+      for (int x = 0; x < 62; ++x) {
+        const bool inside = x > 0 && y > 0 && x < 61 && y < 41;
+        const bool solid = inside && (z == 1 || (z > 1 && z < 12 && x == 31));
+        scene.cells.push_back(solid ? Occupancy::kOccupied : Occupancy::kFree);
+      }
+  Projection view;  // from above
+  view.samples_per_m = 10.0 * Canvas::kSamples;
+  view.offset = {0.0, 42.0 * Canvas::kSamples};
+  Canvas canvas(62, 42);
+  draw_storey(canvas, view, scene, {1, 1, 12, 0.2, 1.3}, Eigen::Vector3d::Zero(),
+              std::vector<Colour>(14, Colour::Constant(0.5f)));
+  const Image image = canvas.resolve();
+  const auto light = [&](int x) { return static_cast<int>(image.pixel(x, 21)[1]); };
+  for (int x = 2; x < 18; ++x) CHECK(light(x) == light(2));  // farther than ambient occlusion reaches
+  CHECK(light(60) == light(2));                              // and than the shadow, too
+  for (int x = 23; x < 30; ++x) CHECK(light(x) >= light(x + 1));
+  CHECK(light(30) < light(20) - 15);  // sunny side: a corner
+  CHECK(light(33) < light(29) - 15);  // the other side: shadow
+  CHECK(light(35) < light(27) - 15);
+}
+
+/// Averages over squares of 8 pixels: what is where, whatever an edge's exact pixels are.
+std::vector<double> squares(const Image& image) {
+  constexpr int kEdge = 8;
+  std::vector<double> means;
+  for (int y = 0; y + kEdge <= image.height; y += kEdge)
+    for (int x = 0; x + kEdge <= image.width; x += kEdge)
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0.0;
+        for (int j = 0; j < kEdge; ++j)
+          for (int i = 0; i < kEdge; ++i) sum += image.pixel(x + i, y + j)[c];
+        means.push_back(sum / (kEdge * kEdge));
+      }
+  return means;
+}
+
+TEST_CASE("the views look as they did") {
+  const auto map = test::explored_building(2, 9.0, 7.0);
+  const std::vector<std::pair<std::string, std::string>> views = {
+      {"iso", "iso"}, {"top", "top"}, {"slice:1.5", "slice"}, {"storey:2", "storey"}};
+  for (const auto& [view, name_of_view] : views) {
+    CAPTURE(view);
+    RenderOptions options;
+    options.width = 320, options.height = 240;
+    parse_view(view, options);
+    options.trajectories_m = {{{2.0, 2.0, 1.0}, {5.0, 2.0, 1.0}, {5.0, 2.0, 4.5}, {7.0, 5.0, 4.5}}};
+    const std::string name = name_of_view + ".png";
+    const auto drawn = squares(draw(map, options, name));
+    const auto golden = squares(read_png(fs::path(STAIRWELL_SOURCE_DIR) / "tests/render/golden" / name));
+    REQUIRE(drawn.size() == golden.size());
+    double sum = 0.0, most = 0.0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      sum += std::abs(drawn[i] - golden[i]);
+      most = std::max(most, std::abs(drawn[i] - golden[i]));
+    }
+    CHECK(sum / static_cast<double>(drawn.size()) < 0.5);  // of 255
+    CHECK(most < 12.0);
+  }
+}
+
+TEST_CASE("one storey is drawn larger than all of them, with the tracks in it") {
+  const auto map = test::explored_building(3, 9.0, 7.0);
+  RenderOptions options = small_options();
+  parse_view("storey:2", options);
+  const Image without = draw(map, options, "storey.png");
+  options.trajectories_m = {{{2.0, 2.0, 1.0}, {5.0, 2.0, 1.0}}};  // in the storey below
+  const Image below = draw(map, options, "storey.png");
+  options.trajectories_m = {{{2.0, 2.0, 4.2}, {5.0, 2.0, 4.2}}};
+  const Image inside = draw(map, options, "storey.png");
+  CHECK(different_pixels(below, inside) > 150);
+  CHECK(different_pixels(without, below) < different_pixels(without, inside));
+  for (const char* view : {"storey:4", "storey:99"}) {
+    parse_view(view, options);
+    CHECK_THROWS_WITH(draw(map, options, "storey.png"), Catch::Contains(view) && Catch::Contains("3 storeys"));
+  }
+}
+
+TEST_CASE("a picture is drawn on as often as one likes") {
+  const auto map = test::explored_building(1, 9.0, 7.0);
+  const MapPicture picture(map, small_options());
+  const std::vector<std::vector<Eigen::Vector3d>> track_m = {{{2.0, 2.0, 1.0}, {5.0, 2.0, 1.0}}};
+  const Image first = picture.with(track_m);
+  CHECK(different_pixels(first, picture.with({})) > 150);
+  CHECK(different_pixels(first, picture.with(track_m, "12.5 s")) > 50);
+  CHECK(different_pixels(first, picture.with(track_m)) == 0);
+}
+
 TEST_CASE("storeys are found by their floors, not by the furniture") {
   for (int count = 1; count <= 4; ++count) {
     const VoxelScene scene = make_scene(test::explored_building(count));
@@ -184,7 +276,12 @@ TEST_CASE("views are read from text") {
   CHECK(options.view == RenderOptions::View::kTop);
   parse_view("iso", options);
   CHECK(options.view == RenderOptions::View::kIso);
-  for (const char* text : {"", "Iso", "slice", "slice:", "slice:x", "slice:1m", "slice:nan", "slice:inf", "side"})
+  parse_view("storey:12", options);
+  CHECK(options.view == RenderOptions::View::kStorey);
+  CHECK(options.storey == 12);
+  for (const char* text :
+       {"", "Iso", "slice", "slice:", "slice:x", "slice:1m", "slice:nan", "slice:inf", "side", "storey",
+        "storey:", "storey:0", "storey:-1", "storey:1.5", "storey:x", "storey:99999999999"})
     CHECK_THROWS_AS(parse_view(text, options), InputError);
 }
 

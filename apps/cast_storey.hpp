@@ -26,8 +26,9 @@ struct Projection {
   float depth(const Eigen::Vector3d& p) const { return static_cast<float>(away.dot(p)); }
 };
 
-/// Draws the voxels of one storey, moved by `shift_m`. Outer walls between the viewer and the inside are left out:
-/// solid voxels that show no known-free side to the viewer.
+/// Draws the voxels of one storey, moved by `shift_m`: a ray of sight per sample, and from where it ends rays to the
+/// sun and over the hemisphere (ambient occlusion). Outer walls between the viewer and the inside are left out: solid
+/// voxels that show no known-free side to the viewer.
 /// @param colours one per voxel layer of the scene
 void draw_storey(Canvas& canvas, const Projection& view, const VoxelScene& scene, const Storey& storey,
                  const Eigen::Vector3d& shift_m, const std::vector<Colour>& colours);
