@@ -2,6 +2,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/completion_script.hpp"
+#include "apps/film.hpp"
 #include "apps/option_values.hpp"
 #include "apps/report.hpp"
 #include "core/errors.hpp"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <memory>
 #include <ostream>
+#include <tuple>
 
 namespace stairwell::apps {
 
@@ -44,14 +46,40 @@ void require_known_command(const CLI::App& app, const std::vector<std::string>& 
   throw InputError("unknown command '" + words[0] + "' (see --help)");
 }
 
+struct FilmWords {
+  std::string file, size = "960x540";
+  FilmOptions options;
+};
+
+void add_film_options(CLI::App& command, FilmWords& words) {
+  command.add_option("--film", words.file, "Make a film (.mp4 or .gif) instead; by ffmpeg if that is installed");
+  command.add_option("--view", words.options.view, "Of the film: as in `map render`")->capture_default_str();
+  command.add_option("--size", words.size, "Of the film: width x height in pixels")->capture_default_str();
+}
+
+void write_film(const std::string& folder, FilmWords& words, std::ostream& out) {
+  std::tie(words.options.width, words.options.height) = parse_size(words.size);
+  const Film film = make_film(folder, words.file, words.options);
+  if (film.file.empty()) {
+    out << "ffmpeg is not installed: no film, but " << film.frames << " frames in " << film.frames_dir.string() << "\n";
+  } else {
+    out << film.file.string() << "\n";
+  }
+}
+
 }  // namespace
 
 void add_report_command(CLI::App& app, CommandContext& context) {
-  CLI::App* command = app.add_subcommand("report", "Write report.html of a run folder again");
+  CLI::App* command = app.add_subcommand("report", "Write report.html of a run folder again, or make a film of it");
   auto folder = std::make_shared<std::string>();
+  auto film = std::make_shared<FilmWords>();
   command->add_option("DIR", *folder, "Run folder")->required();
-  command->footer("Example:\n  stairwell report runs/office_tower-volume-1");
-  command->callback([folder, &context] {
+  add_film_options(*command, *film);
+  command->footer(
+      "Examples:\n  stairwell report runs/office_tower-volume-1\n"
+      "  stairwell report runs/office_tower-volume-1 --film tower.mp4");
+  command->callback([folder, film, &context] {
+    if (!film->file.empty()) return write_film(*folder, *film, context.out);
     write_report(*folder);
     context.out << *folder << "/report.html\n";
   });

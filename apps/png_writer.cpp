@@ -9,10 +9,9 @@
 
 namespace stairwell::apps {
 
-void write_png(const Image& image, const std::filesystem::path& file) {
+std::string encode_png(const Image& image) {
   const std::size_t wanted = 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  if (image.width <= 0 || image.height <= 0 || image.rgb.size() != wanted)
-    throw InputError(file.string() + ": the picture is empty");
+  if (image.width <= 0 || image.height <= 0 || image.rgb.size() != wanted) throw RunError("the picture is empty");
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   header.width = static_cast<png_uint_32>(image.width);
@@ -21,9 +20,13 @@ void write_png(const Image& image, const std::filesystem::path& file) {
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) == 0)
-    throw RunError(file.string() + ": cannot be encoded: " + header.message);
+    throw RunError(std::string("the picture cannot be encoded: ") + header.message);
   bytes.resize(size);
-  write_file_atomically(file, bytes);
+  return bytes;
+}
+
+void write_png(const Image& image, const std::filesystem::path& file) {
+  write_file_atomically(file, encode_png(image));
 }
 
 }  // namespace stairwell::apps

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace stairwell::apps {
@@ -19,7 +20,10 @@ struct Image {
   const std::uint8_t* pixel(int x, int y) const { return const_cast<Image*>(this)->pixel(x, y); }
 };
 
-/// @throws RunError naming the file when it cannot be written; InputError for an empty picture.
+/// The bytes of a PNG file. @throws RunError when the picture is empty or too large.
+std::string encode_png(const Image& image);
+
+/// @throws RunError naming the file when it cannot be written, and for an empty picture.
 void write_png(const Image& image, const std::filesystem::path& file);
 
 }  // namespace stairwell::apps

@@ -379,7 +379,7 @@ Image MapPicture::with(const std::vector<std::vector<Eigen::Vector3d>>& tracks_m
   Image image = canvas.resolve();
   if (any) impl_->annotate(image);
   if (any) draw_track_legend(image, tracks_m.size());
-  draw_text(image, kMargin, kMargin, caption, ink(), 2);
+  draw_text(image, kMargin, 7, caption, ink(), 2);  // in the margin, beside nothing
   return image;
 }
 

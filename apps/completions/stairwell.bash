@@ -54,6 +54,7 @@ _stairwell() {
         return
       fi
       options="--json --view --size --resolution --extrude-height --point-size --voxel-size --help -o" ;;
+    report) options="--film --view --size --help" ;;
   esac
   if [[ $current == -* ]]; then
     COMPREPLY=($(compgen -W "$options" -- "$current"))
