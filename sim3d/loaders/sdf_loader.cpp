@@ -217,8 +217,10 @@ sdf::Root read_document(const std::filesystem::path& file) {
   });
   sdf::Root root;
   const SilencedStreams silenced;
-  const sdf::Errors errors = root.Load(file.string(), config);
-  if (!errors.empty() && errors.front().Message() == "Unable to read file:" + file.string()) {
+  // A relative name such as world.sdf would be found among SDFormat's own descriptions first.
+  const std::string whole_name = std::filesystem::absolute(file).string();
+  const sdf::Errors errors = root.Load(whole_name, config);
+  if (!errors.empty() && errors.front().Message() == "Unable to read file:" + whole_name) {
     fail_input(file, "is not well-formed XML with an <sdf> element in it; mend or export it again");
   }
   if (!errors.empty()) {

@@ -44,6 +44,20 @@ TEST_CASE("SDFormat: poses of models, links, frames and nested models add up") {
       {9.5, 6, -1.5}, {10.5, 8, 51.5});
 }
 
+TEST_CASE("SDFormat: a world may be called as SDFormat's own descriptions are") {
+  const auto here = std::filesystem::current_path();
+  for (const char* name : {"world.sdf", "model.sdf", "box_shape.sdf"}) {
+    CAPTURE(name);
+    const auto file =
+        write_text(name, sdf_world("<model name='m'><static>1</static>" + box_link("l", "") + "</model>"));
+    std::filesystem::current_path(file.parent_path());
+    Aabb bounds;
+    CHECK_NOTHROW(bounds = load_world(name).bounds);
+    std::filesystem::current_path(here);
+    check_box(bounds, {-0.5, -1, -1.5}, {0.5, 1, 1.5});
+  }
+}
+
 TEST_CASE("SDFormat: visuals count only where a link has no collision") {
   check_box(bounds_of("<model name='m'><static>1</static>" + box_link("l", "", "visual") + "</model>"),
             {-0.5, -1, -1.5}, {0.5, 1, 1.5});
