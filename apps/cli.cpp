@@ -3,6 +3,7 @@
 #include "apps/commands.hpp"
 #include "apps/completion_script.hpp"
 #include "apps/film.hpp"
+#include "apps/man_page.hpp"
 #include "apps/option_values.hpp"
 #include "apps/report.hpp"
 #include "core/errors.hpp"
@@ -86,9 +87,25 @@ void add_report_command(CLI::App& app, CommandContext& context) {
 }
 
 void add_completion_command(CLI::App& app, CommandContext& context) {
-  CLI::App* command = app.add_subcommand("completion", "Print the completion script for bash");
-  command->footer("Example:\n  stairwell completion > ~/.local/share/bash-completion/completions/stairwell");
-  command->callback([&context] { context.out << kCompletionScript; });
+  CLI::App* command = app.add_subcommand("completion", "Print the completion script for bash or zsh");
+  auto shell = std::make_shared<std::string>("bash");
+  command->add_option("--shell", *shell, "bash or zsh")->capture_default_str()->check(CLI::IsMember({"bash", "zsh"}));
+  command->footer(
+      "Examples:\n  stairwell completion > ~/.local/share/bash-completion/completions/stairwell\n"
+      "  stairwell completion --shell zsh > ~/.zsh/functions/_stairwell");
+  command->callback([shell, &context] {
+    // zsh runs bash's script.
+    if (*shell == "zsh") context.out << "#compdef stairwell\nautoload -U +X bashcompinit && bashcompinit\n";
+    context.out << kCompletionScript;
+    // Autoloaded at the first completion, it has to answer that one, too.
+    if (*shell == "zsh") context.out << "if (( ${+compstate} )); then _bash_complete -o filenames -F _stairwell; fi\n";
+  });
+}
+
+void add_man_command(CLI::App& app, CommandContext& context) {
+  CLI::App* command = app.add_subcommand("man", "Print the manual page");
+  command->footer("Example:\n  stairwell man | man -l -");
+  command->callback([&app, &context] { context.out << man_page(app); });
 }
 
 int run_program(const std::vector<std::string>& words, std::ostream& out, std::ostream& err,
@@ -104,6 +121,7 @@ int run_program(const std::vector<std::string>& words, std::ostream& out, std::o
   add_map_commands(app, context);
   add_report_command(app, context);
   add_completion_command(app, context);
+  add_man_command(app, context);
   try {
     require_known_command(app, words);
     std::vector<std::string> reversed = join_minus_values(words);

@@ -24,5 +24,6 @@ void add_world_commands(CLI::App& app, CommandContext& context);
 void add_map_commands(CLI::App& app, CommandContext& context);
 void add_report_command(CLI::App& app, CommandContext& context);
 void add_completion_command(CLI::App& app, CommandContext& context);
+void add_man_command(CLI::App& app, CommandContext& context);
 
 }  // namespace stairwell::apps

@@ -19,20 +19,22 @@ foreach(folder core sim3d perception mapping learning/nn planning3d coverage3d e
     list(TRANSFORM links REPLACE "[^:;<>]*/lib(octomap|octomath)\\.(so|a)" "\\1")
     set_target_properties(${library} PROPERTIES INTERFACE_LINK_LIBRARIES "${links}")
   endif()
-  install(TARGETS ${library} EXPORT stairwellTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${library} EXPORT stairwellTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/${parent}
-    FILES_MATCHING PATTERN "*.hpp")
+    COMPONENT development FILES_MATCHING PATTERN "*.hpp")
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.hpp
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/core)
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/core COMPONENT development)
 
-install(EXPORT stairwellTargets NAMESPACE stairwell:: DESTINATION ${stairwell_package_dir})
+install(EXPORT stairwellTargets NAMESPACE stairwell:: DESTINATION ${stairwell_package_dir}
+  COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/stairwellConfig.cmake.in
   ${PROJECT_BINARY_DIR}/stairwellConfig.cmake INSTALL_DESTINATION ${stairwell_package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/stairwellConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/stairwellConfig.cmake ${PROJECT_BINARY_DIR}/stairwellConfigVersion.cmake
-  DESTINATION ${stairwell_package_dir})
+  DESTINATION ${stairwell_package_dir} COMPONENT development)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/worlds/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/worlds)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/models)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/stairwell)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/worlds/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/worlds COMPONENT program)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/stairwell/models COMPONENT program)
+# Debian has the licence's text already.
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/stairwell COMPONENT licence)

@@ -16,10 +16,11 @@ _stairwell() {
     --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
     --view) COMPREPLY=($(compgen -W "iso top slice: storey:" -- "$current")); return ;;
+    --shell) COMPREPLY=($(compgen -W "bash zsh" -- "$current")); return ;;
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
   esac
   if [[ $COMP_CWORD -eq 1 ]]; then
-    COMPREPLY=($(compgen -W "explore plan train evaluate world map report completion --help --version" -- "$current"))
+    COMPREPLY=($(compgen -W "explore plan train evaluate world map report completion man --help --version" -- "$current"))
     return
   fi
   local options=""
@@ -47,13 +48,14 @@ _stairwell() {
         COMPREPLY=($(compgen -W "info convert generate --help" -- "$current"))
         return
       fi
-      options="--json --resolution --storeys --seed --help -o" ;;
+      options="--json --resolution --storeys --storey-height --width --depth --seed --help -o --output" ;;
     map)
       if [[ $COMP_CWORD -eq 2 ]]; then
         COMPREPLY=($(compgen -W "info compare convert render --help" -- "$current"))
         return
       fi
-      options="--json --view --size --resolution --extrude-height --point-size --voxel-size --help -o" ;;
+      options="--json --view --size --resolution --extrude-height --point-size --voxel-size --help -o --output" ;;
+    completion) options="--shell --help" ;;
     report) options="--film --view --size --help" ;;
   esac
   if [[ $current == -* ]]; then

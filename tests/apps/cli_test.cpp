@@ -57,7 +57,8 @@ TEST_CASE("help and version") {
                                {"map", "convert"},
                                {"map", "render"},
                                {"report"},
-                               {"completion"}}) {
+                               {"completion"},
+                               {"man"}}) {
     Words words = command;
     words.emplace_back("--help");
     CAPTURE(words);
@@ -66,6 +67,30 @@ TEST_CASE("help and version") {
     CHECK_THAT(outcome.out, Contains("Example") && Contains("  stairwell "));
   }
   CHECK_THAT(run({"completion"}).out, Contains("complete -o filenames -F _stairwell stairwell"));
+}
+
+TEST_CASE("the manual page and the completion know every command and option") {
+  const std::string page = run({"man"}).out;
+  const std::string completion = run({"completion"}).out;
+  CHECK(page.starts_with(".TH STAIRWELL 1"));
+  for (const char* section : {".SH NAME", ".SH SYNOPSIS", ".SS stairwell explore", ".SS stairwell map render"})
+    CHECK_THAT(page, Contains(section));
+  CHECK_THAT(page, Contains("\\fB\\-\\-view\\fR"));
+  std::size_t options = 0;
+  const std::string begin = "\\-\\-";  // as man(7) wants two hyphens
+  for (auto at = page.find(begin); at != std::string::npos; at = page.find(begin, at + 1)) {
+    if (at < 3 || (page.substr(at - 3, 3) != "\\fB" && page[at - 1] != ',')) continue;
+    std::string name = page.substr(at, page.find("\\fR", at) - at);
+    std::erase(name, '\\');
+    CAPTURE(name);
+    CHECK(completion.find(name) != std::string::npos);
+    ++options;
+  }
+  CHECK(options > 80);
+  const std::string zsh = run({"completion", "--shell", "zsh"}).out;
+  CHECK(zsh.starts_with("#compdef stairwell\n"));
+  CHECK(zsh.find(completion) != std::string::npos);
+  require_refused({"completion", "--shell", "fish"}, "fish");
 }
 
 TEST_CASE("bad usage is one line and exit code 2") {
