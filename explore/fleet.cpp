@@ -45,6 +45,13 @@ coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
   return coverage;
 }
 
+std::unique_ptr<coverage3d::CoverageStrategy> make_coverage(const FleetConfig& config) {
+  auto strategy = config.own_coverage ? config.own_coverage(coverage_config(config))
+                                      : coverage3d::make_strategy(config.coverage, coverage_config(config));
+  if (strategy == nullptr) throw InputError("own_coverage made no strategy");
+  return strategy;
+}
+
 }  // namespace
 
 const char* to_string(StopReason reason) {
@@ -93,7 +100,7 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
       blocked_words(map.grid(), mapping::Obstacles::kBlocked),
       integrator(mapping::ScanIntegrator::Config{fleet_config.discretize}),
       pipeline(fleet_config.cloud),
-      strategy(coverage3d::make_strategy(fleet_config.coverage, coverage_config(fleet_config))),
+      strategy(make_coverage(fleet_config)),
       pilot(fleet_config),
       avoider(fleet_config, 1.0 / fleet_config.sensor.rate_hz),
       tick_s(1.0 / fleet_config.sensor.rate_hz) {

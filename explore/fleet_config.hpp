@@ -4,12 +4,15 @@
 #include "core/robot.hpp"
 #include "core/scan.hpp"
 #include "core/trajectory.hpp"
+#include "coverage3d/strategy.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "perception/cloud_pipeline.hpp"
 #include "planning3d/planner.hpp"
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,10 +42,15 @@ struct FleetConfig {
   std::string fallback = "auto";  ///< planner when that one has no answer: a name, none, or auto (astar)
   Avoidance avoidance = Avoidance::kPriority;
   planning3d::PlannerOptions planner_options;
+  /// A planner of one's own instead of `planner`; called once. Its answers pass the same safety check, and `fallback`
+  /// is asked when it has none.
+  std::function<std::unique_ptr<planning3d::Planner>()> own_planner;
   std::string coverage = "frontiers";
   std::string hybrid_first = "greedy";  ///< coverage `hybrid`: what decides before k-means does ...
   double hybrid_switch = 0.7;           ///< ... from when this share of the box is known
-  std::vector<double> layers_m;         ///< slice mode; empty = automatic
+  /// A strategy of one's own instead of `coverage`; called once.
+  std::function<std::unique_ptr<coverage3d::CoverageStrategy>(const coverage3d::CoverageConfig&)> own_coverage;
+  std::vector<double> layers_m;  ///< slice mode; empty = automatic
   double takeoff_height_m = 1.0;
   double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
   double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)

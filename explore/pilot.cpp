@@ -1,5 +1,7 @@
 #include "explore/pilot.hpp"
 
+#include "core/errors.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -26,11 +28,14 @@ planning3d::SafetyCheck make_check(const FleetConfig& config) {
 }
 
 planning3d::FallbackPlanner make_planners(const FleetConfig& config, const planning3d::SafetyCheck& check) {
+  auto primary =
+      config.own_planner ? config.own_planner() : planning3d::make_planner(config.planner, config.planner_options);
+  if (primary == nullptr) throw InputError("own_planner made no planner");
   std::vector<std::unique_ptr<planning3d::Planner>> fallbacks;
-  const std::string_view fallback = planning3d::resolve_fallback(config.fallback, config.planner);
+  const std::string_view fallback = planning3d::resolve_fallback(
+      config.fallback, config.own_planner ? primary->name() : std::string_view(config.planner));
   if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, config.planner_options));
-  return planning3d::FallbackPlanner(planning3d::make_planner(config.planner, config.planner_options),
-                                     std::move(fallbacks), check);
+  return planning3d::FallbackPlanner(std::move(primary), std::move(fallbacks), check);
 }
 
 /// Another one for each time, so that an unlucky draw is not drawn again; the same one in a resumed run.
