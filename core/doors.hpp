@@ -8,6 +8,7 @@
 
 namespace stairwell {
 
+/// A range sensor: what a driver of a camera or lidar implements.
 class DepthSource {
  public:
   virtual ~DepthSource() = default;
@@ -16,6 +17,7 @@ class DepthSource {
   virtual Scan capture(const Pose& T_world_sensor, double time_s) = 0;
 };
 
+/// A UAV as its planner sees it: it knows its own motion and follows trajectories.
 class Vehicle {
  public:
   virtual ~Vehicle() = default;
@@ -34,6 +36,7 @@ class Vehicle {
   virtual void advance(double time_s) = 0;
 };
 
+/// Who can talk to whom.
 class Radio {
  public:
   virtual ~Radio() = default;

@@ -14,6 +14,7 @@ namespace stairwell::coverage3d {
 /// doubles its time.
 class Blacklist {
  public:
+  /// A place where goals failed, how often, and until when it is avoided.
   struct Entry {
     Eigen::Vector3d position_m;
     Eigen::Vector3d target_m;

@@ -14,6 +14,7 @@
 
 namespace stairwell::coverage3d {
 
+/// Frontier voxels that belong together.
 struct FrontierCluster {
   std::uint32_t id = 0;  ///< never used again for other cells
   std::vector<VoxelIndex> cells;

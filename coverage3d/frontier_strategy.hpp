@@ -37,6 +37,7 @@ class FrontierStrategy : public CoverageStrategy {
     std::size_t view = 0;
     const Viewpoint& pose() const { return *views[view]; }
   };
+  /// The UAVs that want a goal, or may change theirs.
   struct Crew {
     std::vector<std::size_t> uavs;         ///< index of each vehicle in the request
     std::vector<Eigen::Vector3d> start_m;  ///< where its next free leg begins

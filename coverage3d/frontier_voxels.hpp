@@ -12,6 +12,7 @@
 
 namespace stairwell::coverage3d {
 
+/// What counts as a frontier, and how frontiers are cut into clusters.
 struct FrontierConfig {
   Aabb box;                        ///< task box: frontiers and the unknown beyond them lie inside
   int min_free_neighbours = 3;     ///< of 26 (SPEC B4)
@@ -36,6 +37,7 @@ using BlockBits = std::array<std::uint64_t, 8>;
 BlockBits frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                         const VoxelIndex& block);
 
+/// How many voxels the set has.
 int count(const BlockBits& bits);
 
 /// Calls `visit(VoxelIndex)` with the place in the block of each voxel of the set, x fastest.

@@ -10,6 +10,7 @@
 
 namespace stairwell::coverage3d {
 
+/// How flying heights are found.
 struct LayerConfig {
   Aabb box;                      ///< task box
   double above_floor_m = 1.2;    ///< first layer of a storey

@@ -24,6 +24,7 @@ struct Goal {
   double travel_m = 0.0;
 };
 
+/// What a strategy sees of a UAV.
 struct UavView {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< where the next plan departs from
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
@@ -32,11 +33,13 @@ struct UavView {
   std::optional<Goal> goal;  ///< present goal
 };
 
+/// What a strategy is asked.
 struct AssignmentRequest {
   double time_s = 0.0;
   std::vector<UavView> uavs;
 };
 
+/// What a strategy decided.
 struct Assignment {
   std::vector<std::optional<Goal>> goals;  ///< one per UAV; nullopt = nothing useful for it now
   std::size_t open_targets = 0;            ///< frontiers (or cells) still worth a visit
@@ -62,6 +65,7 @@ class CoverageStrategy {
   virtual void load_state(const std::string& state) = 0;
 };
 
+/// What a strategy has to know about the UAVs and their task.
 struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;

@@ -15,6 +15,7 @@ namespace stairwell::coverage3d {
 /// they are.
 class TargetBook {
  public:
+  /// A cluster and the poses that see it.
   struct Target {
     std::vector<Viewpoint> views;
     bool fresh = false;                                  ///< the views are from after the last change nearby
@@ -22,6 +23,7 @@ class TargetBook {
     int searches = 0;                                    ///< thorough searches so far
     Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< of the cluster
   };
+  /// What may be spent on new viewpoints at a time.
   struct Budget {
     int samples = 60;  ///< clusters looked at per update
     int searches = 4;  ///< thorough searches per update

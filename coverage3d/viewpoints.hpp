@@ -24,6 +24,7 @@ struct Viewpoint {
   std::vector<VoxelIndex> seen_cells;  ///< a sample of the unknown voxels beside the frontier that come into sight
 };
 
+/// Where viewpoints are looked for and what they have to see.
 struct ViewpointConfig {
   SensorModel sensor;
   Aabb box;                      ///< only unknown space inside counts as gain

@@ -14,6 +14,7 @@ namespace stairwell::explore {
 
 enum class FlightOutcome { kFlying, kUnreachable, kFellowInTheWay };
 
+/// A trajectory that passed the safety check, or why there is none.
 struct FlightResult {
   FlightOutcome outcome = FlightOutcome::kUnreachable;
   std::optional<Trajectory> trajectory;        ///< set when kFlying; not yet commanded

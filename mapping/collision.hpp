@@ -13,15 +13,19 @@
 namespace stairwell::mapping {
 
 // Robot shapes, in the body frame, centred on the body's reference point. Metres.
+/// A sphere.
 struct SphereShape {
   double radius_m = 0.0;
 };
+/// A box, centred.
 struct BoxShape {
   Eigen::Vector3d half_m = Eigen::Vector3d::Zero();  ///< half the edges along body x, y, z
 };
+/// An ellipsoid, centred.
 struct EllipsoidShape {
   Eigen::Vector3d semi_axes_m = Eigen::Vector3d::Zero();  ///< along body x, y, z
 };
+/// A cylinder along body z, centred.
 struct CylinderShape {
   double radius_m = 0.0;
   double half_height_m = 0.0;  ///< up and down along body z

@@ -43,6 +43,7 @@ struct BlockMask {
   std::array<std::uint64_t, 8> hit{};  ///< wins where both are set
 };
 
+/// A block and which of its voxels.
 struct BlockUpdate {
   VoxelIndex block;
   BlockMask mask;
@@ -61,6 +62,7 @@ class OccupancyMap {
  public:
   static constexpr int kBlock = 8;
 
+  /// What a scan changed.
   struct ScanEffect {
     std::size_t updated = 0;  ///< voxels hit or missed
     std::size_t changed = 0;  ///< of these, voxels whose tri-state class changed

@@ -5,6 +5,7 @@
 
 namespace stairwell::mapping {
 
+/// Shape of the potential and size of its two lattices.
 struct PotentialModelConfig {
   PotentialConfig potential;
   RepulsionForm form = RepulsionForm::kSummed;

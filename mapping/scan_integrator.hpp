@@ -11,6 +11,7 @@
 
 namespace stairwell::mapping {
 
+/// What a scan cost and did.
 struct IntegrationStats {
   std::size_t points = 0;
   std::size_t dropped_not_finite = 0;
@@ -31,6 +32,7 @@ Eigen::Vector3f world_origin_of(const Scan& scan);
 /// Rays leaving the map's grid are carved up to its border; hits outside it are not stored.
 class ScanIntegrator {
  public:
+  /// How scans are integrated.
   struct Config {
     bool discretize = false;  ///< one ray per end voxel
     int threads = 1;          ///< the map is the same with any number

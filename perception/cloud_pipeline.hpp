@@ -10,6 +10,7 @@
 
 namespace stairwell::perception {
 
+/// What is dropped from a scan.
 struct CloudConfig {
   double fellow_radius_m = 0.5;  ///< returns this near to a fellow UAV's reported position are dropped; 0 = off
   double voxel_m = 0.0;          ///< voxel-grid downsampling of the returns within range; 0 = off

@@ -9,6 +9,7 @@
 
 namespace stairwell::perception {
 
+/// What is taken for solid behind a surface.
 struct SolidConfig {
   /// Unknown regions that reach the grid's border count as enclosed too (the ground below the floor, the outside of
   /// closed outer walls). False: only what is closed within the grid.

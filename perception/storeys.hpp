@@ -11,6 +11,7 @@
 
 namespace stairwell::perception {
 
+/// What counts as a floor.
 struct StoreyConfig {
   double min_area_m2 = 4.0;   ///< floors smaller than this are furniture or steps
   double min_share = 0.2;     ///< floor area over free area seen just above it: less is shelves or ledges in a hall

@@ -68,6 +68,7 @@ inline constexpr int kSmoothings = 40;
 /// something or there is no way (or, for the slice agent by the volume rule, the goal is in another layer).
 class AgentPlanner final : public Planner {
  public:
+  /// Settings of the walk and of the smoothing after it.
   struct Config {
     RolloutConfig rollout;
     int smoothings = kSmoothings;

@@ -19,6 +19,7 @@ namespace stairwell::planning3d {
 /// descent goes on, up to `most_pots`. Loops in what was flown are left out of the path.
 class ApfPlanner final : public Planner {
  public:
+  /// Shape of the field and limits of the descent.
   struct Config {
     Attraction attraction = Attraction::kCone;
     double step_m = 0.12;    ///< SPEC A5

@@ -22,6 +22,7 @@ class ArrivalField {
  public:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
 
+  /// Extent and costs of the field.
   struct Config {
     bool plane = false;   ///< only the voxels' layer that holds the goal, in cells of one voxel
     double cell_m = 0.2;  ///< edge of a cell, rounded to whole voxels

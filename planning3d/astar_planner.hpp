@@ -15,6 +15,7 @@ namespace stairwell::planning3d {
 /// Working memory is kept between calls.
 class AstarPlanner final : public Planner {
  public:
+  /// Settings of the search.
   struct Config {
     double heuristic_weight = 1.0;  ///< above 1: costs up to this many times the least, fewer expansions
     double comfort_m = 0.5;

@@ -20,6 +20,7 @@ enum class AttemptOutcome {
   kFailed      ///< it threw
 };
 
+/// What one planner answered.
 struct PlanAttempt {
   std::string_view planner;
   AttemptOutcome outcome = AttemptOutcome::kNoAnswer;
@@ -30,6 +31,7 @@ struct PlanAttempt {
   std::string reason() const;  ///< as "local minimum" or "unsafe: occupied"
 };
 
+/// The answer, and who gave it.
 struct FallbackResult {
   PlanResult plan;                    ///< kReached with a path that passed, or no path: then stop and hover
   std::vector<PlanAttempt> attempts;  ///< in the order they were asked; the last one was used unless `hover()`

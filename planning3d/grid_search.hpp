@@ -11,6 +11,7 @@
 
 namespace stairwell::planning3d {
 
+/// A path on the lattice.
 struct GridPath {
   PlanStatus status = PlanStatus::kNoPath;
   std::vector<VoxelIndex> cells;                             ///< start to goal; empty unless reached

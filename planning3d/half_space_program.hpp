@@ -17,6 +17,7 @@ struct HalfSpace {
   double violation_mps(const Eigen::Vector3d& velocity_mps) const { return offset_mps - normal.dot(velocity_mps); }
 };
 
+/// The optimum, if there is one.
 struct ProgramResult {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   double violation_mps = 0.0;  ///< of the soft half-space that is violated most; 0 = none is

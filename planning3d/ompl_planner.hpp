@@ -24,6 +24,7 @@ namespace stairwell::planning3d {
 class OmplPlanner final : public Planner {
  public:
   enum class Algorithm { kRrtConnect, kRrtStar, kInformedRrtStar, kBitStar, kAbitStar, kPrmStar };
+  /// Settings of OMPL's planners.
   struct Config {
     bool shorten = true;
     std::size_t flood_voxels = 40'000;  ///< closed pockets up to this size are seen at once; 0: nothing is proved

@@ -23,6 +23,7 @@ struct SeenUav {
   std::size_t number = 0;  ///< fixed before the flight; the lower has the right of way where one must have it
 };
 
+/// Settings of the reciprocal avoidance.
 struct OrcaConfig {
   MotionLimits limits;
   double margin_m = 0.1;         ///< wanted between two UAVs' surfaces
@@ -45,6 +46,7 @@ struct OrcaConfig {
 HalfSpace reciprocal_half_space(const SeenUav& own, const SeenUav& fellow, double combined_m, double horizon_s,
                                 double overlap_s, double share = 0.5);
 
+/// The velocity chosen.
 struct OrcaChoice {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< after the period, reached at constant acceleration
   bool braking = false;        ///< no wish passed the brake test: as hard as possible along the present velocity

@@ -18,6 +18,7 @@ namespace stairwell::planning3d {
 enum class PlanStatus { kReached, kStartBlocked, kGoalBlocked, kNoPath, kTimedOut, kLocalMinimum };
 const char* to_string(PlanStatus status);
 
+/// What a planner is asked.
 struct PlanRequest {
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d goal_m = Eigen::Vector3d::Zero();
@@ -35,6 +36,7 @@ struct PlanRequest {
   bool late() const { return clock_s && clock_s() >= deadline_s; }
 };
 
+/// What it answers; poisoned until it has reached the goal.
 struct PlanResult {
   PlanStatus status = PlanStatus::kNoPath;
   std::vector<Eigen::Vector3d>
@@ -43,6 +45,7 @@ struct PlanResult {
   std::size_t expansions = 0;
 };
 
+/// Finds paths through known-free space. Implement it for a planner of one's own (explore::FleetConfig::own_planner).
 class Planner {
  public:
   virtual ~Planner() = default;
@@ -53,6 +56,7 @@ class Planner {
 /// What draws the potential field planner to the goal: the distance as the crow flies, or round the obstacles.
 enum class Attraction { kCone, kGeodesic };
 
+/// What make_planner passes on to the planners.
 struct PlannerOptions {
   Attraction attraction = Attraction::kCone;  ///< `apf`
   bool experience = false;                    ///< `apf`: fill local minima

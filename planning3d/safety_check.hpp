@@ -12,6 +12,7 @@ namespace stairwell::planning3d {
 enum class Verdict { kSafe, kOccupied, kUnknown, kOutsideBox, kLimits, kFellow };
 const char* to_string(Verdict verdict);
 
+/// The verdict, and where and when it goes wrong.
 struct SafetyReport {
   Verdict verdict = Verdict::kSafe;
   double at_time_s = std::numeric_limits<double>::quiet_NaN();  ///< first bad moment (paths: metres along the path)
@@ -24,6 +25,7 @@ struct SafetyReport {
 /// the flight box, the limits, and fellow UAVs' commanded motions. Unknown space is never entered.
 class SafetyCheck {
  public:
+  /// What the check insists on.
   struct Config {
     double step_m = 0.04;             ///< spacing of the checked states; between them the swept sphere is checked
     double spare_m = 0.0;             ///< added to the robot's radius

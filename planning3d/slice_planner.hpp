@@ -13,6 +13,7 @@ namespace stairwell::planning3d {
 /// kNoPath when the layers do not connect start and goal, although there may be a way in 3D.
 class SlicePlanner final : public Planner {
  public:
+  /// Settings of the planner.
   struct Config {
     double spacing_m = 1.0;  ///< of the layers where the request has none
   };

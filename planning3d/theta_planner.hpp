@@ -15,6 +15,7 @@ namespace stairwell::planning3d {
 /// and goal, and the slice rule are those of AstarPlanner. Working memory is kept between calls.
 class ThetaPlanner final : public Planner {
  public:
+  /// Settings of the search.
   struct Config {
     double heuristic_weight = 1.0;
     double comfort_m = 0.5;

@@ -9,6 +9,7 @@
 
 namespace stairwell::planning3d {
 
+/// What a trajectory is to be built from.
 struct TrajectoryRequest {
   const Trajectory* previous = nullptr;  ///< what the UAV is flying now; the new one departs from it
   double depart_s = 0.0;                 ///< switch time: the new trajectory starts in the previous one's state then

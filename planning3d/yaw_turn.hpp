@@ -13,6 +13,7 @@ class YawTurn {
   static YawTurn stop(double rate_radps, double max_rate_radps, double max_acceleration_radps2);
 
   double duration_s() const { return speed_up_s_ + cruise_s_ + slow_down_s_; }
+  /// Heading and turning rate.
   struct State {
     double turned_rad;
     double rate_radps;

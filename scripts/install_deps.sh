@@ -10,6 +10,7 @@ packages=(
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev catch2
   libtorch-dev libopenblas0-openmp
   python3
+  doxygen
 )
 
 # For scripts/fuzz.sh, which does without.

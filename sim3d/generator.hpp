@@ -7,6 +7,7 @@
 
 namespace stairwell::sim3d {
 
+/// The building that is wanted.
 struct GeneratorConfig {
   int storeys = 3;
   std::uint64_t seed = 1;

@@ -11,6 +11,7 @@
 
 namespace stairwell::sim3d {
 
+/// Where a ray ends.
 struct RayHit {
   float distance_m = std::numeric_limits<float>::infinity();  ///< infinity: nothing within range
   std::uint32_t triangle = 0;

@@ -31,6 +31,7 @@ struct World {
   std::size_t dropped_triangles = 0;  ///< left out because a corner is not finite or the area is zero
 };
 
+/// What formats without sizes of their own need.
 struct WorldOptions {
   double extrude_height_m = 2.5;  ///< .yaml/.pgm maps: height of the walls
   double point_size_m = 0.1;      ///< clouds: each point fills the voxel of this size that holds it

@@ -6,6 +6,7 @@
 
 namespace stairwell::sim3d {
 
+/// Size of a world.
 struct WorldInfo {
   std::size_t triangles = 0;
   std::size_t vertices = 0;

@@ -20,6 +20,7 @@ struct Batch {
   std::span<const float> targets;  ///< [count, outputs]: kUnitVector unit vectors, kAngles and kValues the outputs
 };
 
+/// Settings of the gradient descent.
 struct TrainerConfig {
   double learning_rate = 1e-3;
   double weight_decay = 1e-4;
