@@ -17,7 +17,7 @@ set(layers core sim3d perception mapping learning/nn learning/rl planning3d cove
 set(all_folders ${layers} apps tests benchmarks examples)
 
 set(vendors "pcl/|octomap/|ompl/|fcl/|torch/|embree[0-9]*/|sdf/|assimp/|png\\.h|yaml-cpp/|dynamicEDT3D/")
-set(adaptors "_(io|convert)\\.hpp$|^octomap_[a-z_]+\\.hpp$|^pcl_[a-z_]+\\.hpp$")
+set(adaptors "_(io|convert)\\.hpp$|^octomap_[a-z_]+\\.hpp$|^pcl_[a-z_]+\\.hpp$|^torch_[a-z_]+\\.hpp$")
 
 set(complaints "")
 function(complain file text)

@@ -21,6 +21,7 @@ endfunction()
 
 expect(OK planning3d/a.cpp "#include \"planning3d/a.hpp\"" "#include \"mapping/occupancy_map.hpp\"" "#include <ompl/base/Planner.h>")
 expect(OK mapping/octomap_io.hpp "#include <octomap/OcTree.h>")
+expect(OK learning/nn/torch_network.hpp "#include <torch/torch.h>")
 expect(OK perception/pcl_convert.hpp "#include <pcl/point_cloud.h>")
 expect(OK core/pose.hpp "#include <Eigen/Core>" "// #include \"sim3d/world.hpp\"")
 expect(OK apps/main.cpp "#include \"sim3d/world.hpp\"")
