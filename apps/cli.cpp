@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <ostream>
 #include <tuple>
@@ -71,18 +72,30 @@ void write_film(const std::string& folder, FilmWords& words, std::ostream& out) 
 }  // namespace
 
 void add_report_command(CLI::App& app, CommandContext& context) {
-  CLI::App* command = app.add_subcommand("report", "Write report.html of a run folder again, or make a film of it");
-  auto folder = std::make_shared<std::string>();
+  CLI::App* command =
+      app.add_subcommand("report", "Write report.html of a run folder again, or of two side by side, or make a film");
+  auto folders = std::make_shared<std::vector<std::string>>();
+  auto file = std::make_shared<std::string>();
   auto film = std::make_shared<FilmWords>();
-  command->add_option("DIR", *folder, "Run folder")->required();
+  command->add_option("DIR", *folders, "Run folder, or two of them")->required()->expected(1, 2);
+  command->add_option("-o,--out", *file, "File to write (default: report.html in the folder; comparison.html for two)")
+      ->type_name("FILE.html");
   add_film_options(*command, *film);
   command->footer(
-      "Examples:\n  stairwell report runs/office_tower-volume-1\n"
+      "Examples:\n"
+      "  stairwell report runs/office_tower-volume-1\n"
+      "  stairwell report runs/duplex-slice-1 runs/duplex-volume-1 -o duplex.html\n"
       "  stairwell report runs/office_tower-volume-1 --film tower.mp4");
-  command->callback([folder, film, &context] {
-    if (!film->file.empty()) return write_film(*folder, *film, context.out);
-    write_report(*folder);
-    context.out << *folder << "/report.html\n";
+  command->callback([folders, file, film, &context] {
+    if (!film->file.empty()) {
+      if (folders->size() > 1) throw InputError("report: a film is made of one run folder");
+      return write_film(folders->front(), *film, context.out);
+    }
+    const std::vector<std::filesystem::path> run_dirs(folders->begin(), folders->end());
+    std::filesystem::path target = run_dirs.size() == 1 ? run_dirs[0] / "report.html" : "comparison.html";
+    if (!file->empty()) target = *file;
+    write_report(run_dirs, target);
+    context.out << target.string() << "\n";
   });
 }
 

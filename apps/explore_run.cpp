@@ -2,6 +2,7 @@
 
 #include "apps/atomic_file.hpp"
 #include "apps/checkpoint.hpp"
+#include "apps/map_files.hpp"
 #include "apps/metrics.hpp"
 #include "apps/render.hpp"
 #include "apps/report.hpp"
@@ -71,7 +72,7 @@ class ExploreRun {
         flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs) {}
 
   void begin() {
-    log_.emplace(folder_, config_.uavs);
+    log_.emplace(folder_, config_.fleet, simulation_.truth().grid(), config_.uavs);
     make_fleet();
     observe();
   }
@@ -79,9 +80,10 @@ class ExploreRun {
   void resume(Simulation& simulation) {
     mapping::OccupancyMap map(simulation_.truth().grid(), config_.fleet.occupancy);
     const Checkpoint saved = checkpoints_.load(map);
-    log_.emplace(folder_, config_.uavs, saved.log_bytes);
+    log_.emplace(folder_, config_.fleet, simulation_.truth().grid(), config_.uavs, saved.log_bytes);
     make_fleet();
     fleet_->load_state(saved.fleet, std::move(map));
+    log_->resume(*fleet_);
     simulation.set_scans_taken(saved.scans_taken);
     try {
       flight_.load(nlohmann::json::parse(saved.flight));
@@ -118,7 +120,7 @@ class ExploreRun {
   std::string finish() {
     const bool interrupted = fleet_->stop_reason() == StopReason::kInterrupted;
     if (interrupted) save_checkpoint();
-    log_->publish();
+    log_->publish(fleet_->map(), [this](const VoxelIndex& v) { return expected_occupancy(simulation_.truth(), v); });
     mapping::save_octomap(fleet_->map(), folder_ / "map.bt");
     mapping::save_octomap(fleet_->map(), folder_ / "map.ot");
     std::string metrics = metrics_json(config_, *fleet_, coverage_, flight_, milestones_, total_wall_s_);

@@ -119,21 +119,25 @@ ordered_json map_info(const std::filesystem::path& file) {
           {"memory_bytes", tree->memoryUsage()}};
 }
 
+mapping::ExpectedOccupancy expected_occupancy(const sim3d::GroundTruth& truth, const VoxelIndex& v) {
+  switch (truth.at(v)) {
+    case sim3d::TruthClass::kFree:
+      return mapping::ExpectedOccupancy::kFree;
+    case sim3d::TruthClass::kSurface:
+      return mapping::ExpectedOccupancy::kOccupied;
+    case sim3d::TruthClass::kBoundary:
+      break;
+  }
+  return mapping::ExpectedOccupancy::kEither;
+}
+
 mapping::MapComparison compare_with_world(const mapping::OccupancyMap& map, const sim3d::World& world) {
   using mapping::ExpectedOccupancy;
   const sim3d::GroundTruth truth(world, map.grid());
   const std::vector<std::uint8_t> seen = observable(map, truth);
   return mapping::compare_map(map, [&](const VoxelIndex& v) {
     if (map.at(v) == Occupancy::kUnknown && seen[map.grid().linear(v)] == 0) return ExpectedOccupancy::kIgnore;
-    switch (truth.at(v)) {
-      case sim3d::TruthClass::kFree:
-        return ExpectedOccupancy::kFree;
-      case sim3d::TruthClass::kSurface:
-        return ExpectedOccupancy::kOccupied;
-      case sim3d::TruthClass::kBoundary:
-        break;
-    }
-    return ExpectedOccupancy::kEither;
+    return expected_occupancy(truth, v);
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include "mapping/map_compare.hpp"
 #include "mapping/occupancy_map.hpp"
+#include "sim3d/ground_truth.hpp"
 #include "sim3d/world.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,6 +17,9 @@ bool is_octomap_file(const std::filesystem::path& file);
 
 /// resolution_m, leaves, known/occupied/free volumes, bounds of the known space, memory.
 nlohmann::ordered_json map_info(const std::filesystem::path& file);
+
+/// What the world says about a voxel of its lattice.
+mapping::ExpectedOccupancy expected_occupancy(const sim3d::GroundTruth& truth, const VoxelIndex& v);
 
 /// The map against another map, or against a world: free and surface voxels must be so; voxels on whose face a surface
 /// lies are right either way; unknown voxels count as missing only where they are connected to the map's free space.

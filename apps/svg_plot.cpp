@@ -127,9 +127,17 @@ std::string draw_series(const PlotOptions& options, const Axes& axes, const Seri
   return path.empty() ? "" : format("<path class=\"line s%d\" d=\"", one.colour % kColours) + path + "\"/>";
 }
 
-std::string open_figure(const std::string& title, double height) {
+std::string open_figure(const std::string& title, double height, const std::string& attributes = "") {
   return "<figure><figcaption>" + escape_html(title) + "</figcaption>" +
-         format("<svg viewBox=\"0 0 %g %g\" role=\"img\" aria-label=\"", kWidth, height) + escape_html(title) + "\">";
+         format("<svg viewBox=\"0 0 %g %g\" role=\"img\" ", kWidth, height) + attributes + "aria-label=\"" +
+         escape_html(title) + "\">";
+}
+
+/// Where the time axis lies, for the replay's cursor: times and pixels of its two ends.
+std::string time_axis(const Axes& axes) {
+  return format(
+      "class=\"time\" data-t0=\"%g\" data-t1=\"%g\" data-x0=\"%g\" data-x1=\"%g\" data-y0=\"%g\" data-y1=\"%g\" ",
+      axes.x.lo, axes.x.hi, kLeft, kWidth - kRight, kTop, kHeight - kBottom);
 }
 
 }  // namespace
@@ -162,13 +170,17 @@ std::string escape_html(std::string_view text) {
 
 std::string line_plot(const PlotOptions& options, const std::vector<Series>& series) {
   const Axes axes = fit_axes(options, series);
-  std::string html = open_figure(options.title, kHeight) + draw_axes(options, axes);
+  std::string html =
+      open_figure(options.title, kHeight, options.over_time ? time_axis(axes) : "") + draw_axes(options, axes);
   for (const Series& one : series) html += draw_series(options, axes, one);
   html += "</svg>";
   if (series.size() > 1) {
     html += "<p class=\"legend\">";
     for (const Series& one : series)
-      html += format("<span><i class=\"s%d\"></i>", one.colour % kColours) + escape_html(one.name) + "</span> ";
+      html +=
+          format("<span><svg viewBox=\"0 0 28 8\" aria-hidden=\"true\"><path class=\"line s%d\" d=\"M0 4H28\"/></svg>",
+                 one.colour % kColours) +
+          escape_html(one.name) + "</span> ";
     html += "</p>";
   }
   return html + "</figure>\n";

@@ -22,9 +22,10 @@ struct PlotOptions {
   std::string y_label;       ///< with unit
   bool equal_scale = false;  ///< one metre is as long along x as along y
   bool y_from_zero = true;
+  bool over_time = true;  ///< x is the run's time: a replay on the same page shows its moment here
 };
 
-/// One inline SVG line plot with axes, round ticks and a legend. Long series are thinned to what a screen shows,
+/// One inline SVG line plot with axes, round ticks and a legend; lines differ in dashes as well as colour. Long series are thinned to what a screen shows,
 /// keeping each stretch's least and greatest value.
 std::string line_plot(const PlotOptions& options, const std::vector<Series>& series);
 

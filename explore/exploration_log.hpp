@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/trajectory.hpp"
+#include "mapping/occupancy_map.hpp"
 
 #include <cstddef>
 #include <string_view>
@@ -24,6 +25,10 @@ class ExplorationLog {
   /// Something went another way than planned: `reason` is a short machine-readable word.
   virtual void on_event(double time_s, std::size_t uav, std::string_view event, std::string_view reason) {
     (void)time_s, (void)uav, (void)event, (void)reason;
+  }
+  /// A UAV's scan is in the fleet's map; nothing else has changed the map since the scan before.
+  virtual void on_scan(double time_s, std::size_t uav, const mapping::OccupancyMap& map) {
+    (void)time_s, (void)uav, (void)map;
   }
   /// A UAV was commanded this motion.
   virtual void on_trajectory(double time_s, std::size_t uav, const Trajectory& trajectory) {

@@ -151,6 +151,7 @@ void Fleet::Impl::sense_one(Uav& uav) {
   const Scan scan = pipeline.filter(raw, fellows_m);
   integrator.integrate(scan, map);
   stats.integrate_ms.push_back((clock_s() - before_s) * 1e3);
+  log.on_scan(now_s(), uav.id, map);
 }
 
 std::vector<const Uav*> Fleet::Impl::fellows_of(const Uav& uav) const {

@@ -6,15 +6,17 @@ packages=(
   cmake ninja-build g++ ccache pkg-config
   liboctomap-dev libdynamicedt3d-dev octomap-tools
   libpcl-dev libeigen3-dev libompl-dev libfcl-dev libembree-dev
-  libsdformat-dev libassimp-dev libpng-dev
+  libsdformat-dev libassimp-dev libpng-dev zlib1g-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev catch2
   libtorch-dev libopenblas0-openmp
   python3
   doxygen
 )
 
-# For scripts/fuzz.sh, which does without.
+# For scripts/fuzz.sh and the tests of the replay in a browser, which do without.
 optional=(clang-14 libclang-rt-14-dev)
+command -v chromium >/dev/null || optional+=(chromium)
+command -v npm >/dev/null || optional+=(nodejs npm)
 
 fail() {
   echo "install_deps.sh: $*" >&2
@@ -60,5 +62,5 @@ if [[ ${#missing[@]} -gt 0 ]]; then
 fi
 if [[ ${#missing_optional[@]} -gt 0 ]]; then
   "${apt[@]}" install -y --no-install-recommends "${missing_optional[@]}" </dev/null ||
-    echo "install_deps.sh: no fuzzing: apt could not install ${missing_optional[*]}" >&2
+    echo "install_deps.sh: no fuzzing or no browser tests: apt could not install ${missing_optional[*]}" >&2
 fi

@@ -5,6 +5,7 @@
 #include "apps/map_files.hpp"
 #include "apps/run_folder.hpp"
 #include "core/errors.hpp"
+#include "replay_state.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <sstream>
 #include <thread>
@@ -97,6 +99,17 @@ int signal_after_checkpoint(pid_t child, const fs::path& folder, int signal, int
   return wait_for(child);
 }
 
+/// The replay ends with what the map holds.
+void check_replay(const fs::path& folder) {
+  const testing::ReplayState state = testing::replayed(folder / "replay.bin");
+  const nlohmann::json info = map_info(folder / "map.ot");
+  const double voxel_m3 = std::pow(info.at("resolution_m").get<double>(), 3);
+  CHECK(static_cast<double>(state.occupied.size()) * voxel_m3 == Approx(info.at("occupied_volume_m3").get<double>()));
+  CHECK(static_cast<double>(state.known) * voxel_m3 == Approx(info.at("known_volume_m3").get<double>()));
+  CHECK(state.open_sides == state.occupied.size());
+  CHECK(state.plans > 0);
+}
+
 nlohmann::json metrics_of(const fs::path& folder) { return nlohmann::json::parse(read_text(folder / "metrics.json")); }
 
 /// Files may grow no further than this while it lives: a full disk for one process.
@@ -126,11 +139,11 @@ TEST_CASE("a run leaves the whole folder, and its configuration gives the same r
   CHECK(outcome.err.empty());
   CHECK(outcome.out == read_text(folder / "a" / "metrics.json"));
   for (const char* name : {"config.yaml", "map.bt", "map.ot", "metrics.json", "steps.csv", "log.jsonl",
-                           "trajectories.csv", "snapshot.png", "report.html"}) {
+                           "trajectories.csv", "timings.csv", "replay.bin", "snapshot.png", "report.html"}) {
     CAPTURE(name);
     CHECK(fs::exists(folder / "a" / name));
   }
-  CHECK(std::distance(fs::directory_iterator(folder / "a"), {}) == 9);
+  CHECK(std::distance(fs::directory_iterator(folder / "a"), {}) == 11);
   const nlohmann::json metrics = nlohmann::json::parse(outcome.out);
   for (const char* key : {"world",
                           "mode",
@@ -170,6 +183,7 @@ TEST_CASE("a run leaves the whole folder, and its configuration gives the same r
   CHECK(metrics.at("coverage").get<double>() > 0.9);
   CHECK(map_info(folder / "a" / "map.bt").at("leaves").get<int>() > 100);
 
+  check_replay(folder / "a");
   const Outcome again = run({"explore", "--config", (folder / "a" / "config.yaml").string(), "--out",
                              (folder / "b").string(), "--json", "--quiet"});
   REQUIRE(again.code == 0);
@@ -199,6 +213,7 @@ TEST_CASE("a run killed at any moment and resumed ends like one that was not") {
   CHECK(metrics.at("coverage").get<double>() == Approx(whole).margin(0.01));
   CHECK(metrics.at("collisions") == 0);
   CHECK_FALSE(fs::exists(killed / "checkpoint"));
+  check_replay(killed);
   // Each moment is logged once, in order.
   std::istringstream rows(read_text(killed / "steps.csv"));
   std::string row;
