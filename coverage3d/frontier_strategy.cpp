@@ -25,8 +25,10 @@ constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
 constexpr double kCommitment_s = 4.0;   // another goal must be this much better than the one under way
 constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from another stop needs no stop of its own
-constexpr double kCrumb_m2 = 0.3;       // less in sight of a cluster, or a shallow pocket, waits for the others ...
-constexpr double kCrumbNear_s = 0.7;    // ... unless it is this near
+constexpr double kMuch_m2 = 0.6;        // in sight of a cluster: such stops come first ...
+constexpr double kSome_m2 = 0.3;        // ... then those of this much, of less, and of shallow pockets ...
+constexpr int kShallow = 3;
+constexpr double kTakenAlong_s = 0.7;   // ... unless they are this near
 constexpr double kStorey_m = 1.8;       // a climb of more than this ...
 constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
@@ -221,6 +223,27 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
   }
 }
 
+/// The stops that come first: of those with much in sight of a deep cluster, or else with some, or else of all. What is
+/// near is taken along.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& crew,
+                                                                   const std::vector<Stop>& stops) const {
+  const auto rank = [&](const Stop& stop) {
+    if (!finder_->deep(*stop.cluster)) return kShallow;
+    const double seen_m2 = stop.cluster->area_m2 * stop.pose().seen_fraction;
+    return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : 2;
+  };
+  int least = kShallow;
+  for (const Stop& stop : stops) least = std::min(least, rank(stop));
+  std::vector<Stop> first;
+  for (const Stop& stop : stops) {
+    double soonest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
+    if (rank(stop) == least || soonest_s < kTakenAlong_s) first.push_back(stop);
+  }
+  return first;
+}
+
 std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
                                                                     const std::vector<Stop>& stops) const {
   // What a UAV under way will see is not for the others, unless nothing else is left.
@@ -231,16 +254,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
     });
     if (!claimed) unclaimed.push_back(stop);
   }
-  // Crumbs wait, unless they are near or nothing else is left.
-  std::vector<Stop> large;
-  for (const Stop& stop : unclaimed) {
-    double soonest_s = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
-    const double seen_m2 = stop.cluster->area_m2 * stop.pose().seen_fraction;
-    if ((finder_->deep(*stop.cluster) && seen_m2 >= kCrumb_m2) || soonest_s < kCrumbNear_s) large.push_back(stop);
-  }
-  if (!large.empty()) unclaimed = std::move(large);
+  unclaimed = first_of_all(crew, unclaimed);
   std::set<std::size_t> chosen;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     std::vector<std::pair<double, std::size_t>> order;

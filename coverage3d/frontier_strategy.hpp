@@ -86,6 +86,7 @@ class FrontierStrategy : public CoverageStrategy {
   ViewpointPlaces places(const AssignmentRequest& request) const;
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
+  std::vector<Stop> first_of_all(const Crew& crew, const std::vector<Stop>& stops) const;
   std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew,
                                   const std::vector<Stop>& stops) const;
   std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
