@@ -87,9 +87,8 @@ std::string run_details(const RunData& run, bool named) {
 
 std::string configuration(const RunData& run, bool named) {
   const std::string of = named ? " of " + escape_html(run.name) : "";
-  return "<h2>Repeat this run" + of +
-         "</h2><div class=\"copyable\"><pre tabindex=\"0\" aria-label=\"Command and resolved configuration\">" +
-         escape_html(repeat_command(run)) + "</pre></div>";
+  return "<h2>Repeat this run" + of + "</h2><pre tabindex=\"0\" aria-label=\"Command and resolved configuration\">" +
+         escape_html(repeat_command(run)) + "</pre>";
 }
 
 std::string page_of(const std::vector<RunData>& runs, std::size_t most_bytes) {

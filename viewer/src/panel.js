@@ -22,7 +22,7 @@ export class Panel {
   constructor(player) {
     this.player = player;
     this.element = el('div', {class: 'panel'},
-      this.colourSection(), this.cutSection(), this.uavSection(), this.viewSection(), this.showSection(), this.helpSection());
+      this.colourSection(), this.cutSection(), this.showSection(), this.uavSection(), this.viewSection(), this.helpSection());
   }
 
   colourSection() {

@@ -10,6 +10,9 @@ import {COLOURS} from './voxel_material.js';
 
 const PLAY_WHOLE_S = 40; // a run at its first speed takes about so long
 const CUT_STEP_M = 0.1;
+const SLOW_MS = 30; // a frame, on average of so many ...
+const FRAMES = 30;
+const LEAST_QUALITY = 0.5;
 
 const cssColour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -107,6 +110,8 @@ export class Player {
   toggle() {
     if (!this.playing && this.time >= this.duration) this.time = 0;
     this.playing = !this.playing;
+    this.frameTimes = [];
+    if (!this.playing) this.setQuality(Infinity);
     this.refresh();
     if (!this.playing) this.say(`Paused at ${this.time.toFixed(1)} s, coverage ${this.coverageText()}`);
   }
@@ -175,6 +180,14 @@ export class Player {
   fullscreen() {
     if (document.fullscreenElement) document.exitFullscreen();
     else this.element.requestFullscreen?.();
+  }
+  /** Coarser pictures while a slow computer plays, full ones when it stands still. */
+  setQuality(factor) {
+    this.frameTimes = [];
+    for (const stage of this.stages) {
+      stage.quality = Math.min(1, Math.max(LEAST_QUALITY, stage.quality * factor));
+      stage.dirty = true;
+    }
   }
   say(text) {
     this.status.textContent = text;
@@ -248,8 +261,9 @@ export class Player {
 
   afterDrawing(cost_ms, elapsed) {
     this.frameTimes.push(elapsed * 1e3);
-    if (this.frameTimes.length > 30) this.frameTimes.shift();
+    if (this.frameTimes.length > FRAMES) this.frameTimes.shift();
     const mean = this.frameTimes.reduce((a, b) => a + b, 0) / this.frameTimes.length;
+    if (this.playing && this.frameTimes.length === FRAMES && mean > SLOW_MS) this.setQuality(0.75);
     this.stages.forEach((stage, s) => {
       const {triangles, calls, voxels} = stage.stats();
       const count = n => n.toLocaleString('en').replaceAll(',', '\u202f');

@@ -53,6 +53,7 @@ export class Stage {
       const c = new THREE.Color(colours[i % colours.length]).convertLinearToSRGB();
       v.set(c.r, c.g, c.b);
     });
+    this.quality = 1; // of the picture's width and height, lower where a computer is slow
     this.follow = null;
     this.riding = false;
     this.ortho = false;
@@ -123,16 +124,29 @@ export class Stage {
     this.dirty = true;
   }
 
+  /** How far from its centre, in a direction, all of a box is in the picture. */
+  fittingDistance(box, away) {
+    const centre = box.getCenter(new THREE.Vector3());
+    const right = new THREE.Vector3(0, 0, 1).cross(away).normalize();
+    const up = away.clone().cross(right);
+    const tanUp = Math.tan((FOV_DEG * Math.PI) / 360);
+    const tanRight = tanUp * (this.perspective.aspect || 1);
+    let distance = 0;
+    for (let i = 0; i < 8; ++i) {
+      const corner = new THREE.Vector3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z).sub(centre);
+      distance = Math.max(distance, corner.dot(away) + Math.abs(corner.dot(right)) / tanRight, corner.dot(away) + Math.abs(corner.dot(up)) / tanUp);
+    }
+    return 1.05 * distance;
+  }
+
   /** The whole building, from the south-east or from above. */
   home(fromAbove = false) {
     const box = this.box;
     const centre = box.getCenter(new THREE.Vector3());
     const radius = box.getSize(new THREE.Vector3()).length() / 2;
-    const away = fromAbove ? new THREE.Vector3(0, -0.001, 1) : new THREE.Vector3(0.62, -0.78, 0.72);
-    const aspect = Math.min(1, this.perspective.aspect || 1);
-    const distance = (radius * 0.97) / Math.tan((this.perspective.fov * Math.PI) / 360) / Math.max(0.55, aspect);
-    this.orbit.target.copy(centre).z -= fromAbove ? 0 : 0.1 * box.getSize(new THREE.Vector3()).z;
-    this.perspective.position.copy(this.orbit.target).addScaledVector(away.normalize(), distance);
+    const away = (fromAbove ? new THREE.Vector3(0, -0.001, 1) : new THREE.Vector3(0.62, -0.78, 0.72)).normalize();
+    this.orbit.target.copy(centre);
+    this.perspective.position.copy(centre).addScaledVector(away, this.fittingDistance(box, away));
     this.perspective.far = Math.max(200, 20 * radius);
     this.perspective.updateProjectionMatrix();
     this.pan.target.copy(centre);
@@ -147,7 +161,7 @@ export class Stage {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     if (!width || !height) return;
-    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    const ratio = Math.min(2, window.devicePixelRatio || 1) * this.quality;
     const first = this.width === undefined;
     if (width === this.width && height === this.height && ratio === this.ratio) return;
     Object.assign(this, {width, height, ratio});
@@ -236,6 +250,7 @@ export class Stage {
 
   /** A point of the world in pixels of the canvas, and whether it lies before the camera. */
   project(point) {
+    this.camera.updateMatrixWorld();
     const p = point.clone().project(this.camera);
     return [((p.x + 1) / 2) * this.width, ((1 - p.y) / 2) * this.height, Math.abs(p.z) < 1];
   }

@@ -56,6 +56,7 @@ test('damage is told', async () => {
   const [text, expected] = await packed(plain);
   await assert.rejects(unpack(`${text.slice(0, 20)}A${text.slice(21)}`, expected), DamagedReport);
   await assert.rejects(unpack(text.slice(0, -8), expected), DamagedReport);
+  await assert.rejects(unpack(text, {...expected, crc: expected.crc ^ 1}), DamagedReport);
   await assert.rejects(unpack(text, {...expected, bytes: expected.bytes + 1}), DamagedReport);
   for (let length = 0; length < 70; ++length) assert.throws(() => parseRun(plain.slice(0, length)));
 });

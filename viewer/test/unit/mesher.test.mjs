@@ -103,8 +103,19 @@ test('the field holds the voxels of the records, at every moment', () => {
       ++seen;
     }
     assert.equal(field.visible(time, 0, field.size[2]), seen);
+    let alive = 0;
+    for (let at = 0; at < field.sides.length; ++at) alive += field.alive(at, field.birthCode(time), field.deathCode(time)) ? 1 : 0;
+    assert.equal(alive, seen, 'what was freed is gone');
   }
   assert.equal(voxelHistory(run).filter(voxel => voxel.wrong).length, 3);
+});
+
+test('a voxel that is occupied again stays, with who saw it first', () => {
+  const change = (time, uav, on, off) => ({time, uav, on, off});
+  const changes = [change(1, 2, [5], []), change(2, 1, [], [5]), change(3, 0, [5], []), change(4, 0, [7], []), change(5, 0, [], [7])];
+  const [first, second] = voxelHistory({changes, wrong: [], openSides: Uint8Array.of(9)});
+  assert.deepEqual([first.birth, first.death, first.uav, first.sides], [1, Infinity, 2, 9]);
+  assert.equal(second.death, 5);
 });
 
 test('runs that are too large for a texture are shown in larger voxels', () => {
