@@ -133,9 +133,13 @@ export class Player {
   }
   /** One storey without its ceiling; null: all. */
   showStorey(k) {
-    if (k === null || !this.storeys[k]) return this.setCut(this.bottom, this.top);
+    if (k === null || !this.storeys[k]) {
+      this.stages.forEach(stage => stage.lookAtHeight((this.bottom + this.top) / 2));
+      return this.setCut(this.bottom, this.top);
+    }
     const {floor, ceiling} = this.storeys[k];
     const low = k === 0 ? this.bottom : floor - 0.3;
+    this.stages.forEach(stage => stage.lookAtHeight((floor + ceiling) / 2));
     return this.setCut(low, floor + Math.min(0.72 * (ceiling - floor), ceiling - floor - 0.5), k);
   }
   follow(s, id, riding) {

@@ -207,6 +207,14 @@ export class Stage {
     this.chooseControls();
   }
 
+  /** Turns about this height from now on, and looks at it. */
+  lookAtHeight(z) {
+    if (this.follow !== null) return;
+    this.perspective.position.z += z - this.orbit.target.z;
+    this.orbit.target.z = z;
+    this.dirty = true;
+  }
+
   /** What the camera does about the UAV it follows. */
   moveCamera() {
     if (this.follow === null) return;
