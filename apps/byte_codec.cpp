@@ -21,7 +21,7 @@ void put_u32(std::string& bytes, std::uint32_t value) {
 }
 
 std::string_view ByteReader::take(std::uint64_t count) {
-  if (count > rest_.size()) throw InputError("ends too early");
+  if (count > rest_.size()) throw InputError("it ends too early");
   const std::string_view taken = rest_.substr(0, static_cast<std::size_t>(count));
   rest_.remove_prefix(taken.size());
   return taken;
@@ -34,7 +34,7 @@ std::uint64_t ByteReader::varint() {
     value |= static_cast<std::uint64_t>(part & 0x7F) << shift;
     if (part < 0x80) return value;
   }
-  throw InputError("holds a number of more than 64 bits");
+  throw InputError("it holds a number of more than 64 bits");
 }
 
 std::int64_t ByteReader::signed_varint() {

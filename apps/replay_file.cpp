@@ -43,12 +43,12 @@ std::string read_replay(const std::filesystem::path& file) {
     while (!reader.done()) {
       const std::uint32_t size = reader.u32(), crc = reader.u32();
       const std::string_view chunk = reader.take(size);
-      if (crc32_of(chunk) != crc) throw InputError("is damaged (a checksum differs)");
+      if (crc32_of(chunk) != crc) throw InputError("a checksum differs");
       records += chunk;
     }
     for_each_record(records, [](ReplayRecord, std::string_view) {});
   } catch (const InputError& error) {
-    throw InputError(file.string() + ": " + error.what());
+    throw InputError(file.string() + ": the replay is damaged (" + error.what() + "): make the run again");
   }
   if (!records.starts_with(static_cast<char>(ReplayRecord::kHeader))) {
     throw InputError(file.string() + ": has no header");

@@ -25,8 +25,8 @@ struct PlotOptions {
   bool over_time = true;  ///< x is the run's time: a replay on the same page shows its moment here
 };
 
-/// One inline SVG line plot with axes, round ticks and a legend; lines differ in dashes as well as colour. Long series are thinned to what a screen shows,
-/// keeping each stretch's least and greatest value.
+/// One inline SVG line plot with axes, round ticks and a legend; lines differ in dashes as well as colour. Long series
+/// are thinned to what a screen shows, keeping each stretch's least and greatest value.
 std::string line_plot(const PlotOptions& options, const std::vector<Series>& series);
 
 struct Bar {
