@@ -127,6 +127,8 @@ int run_program(const std::vector<std::string>& words, std::ostream& out, std::o
   CommandContext context{out, interrupted};
   describe(app);
   add_explore_command(app, context);
+  add_bound_command(app, context);
+  add_compare_command(app, context);
   add_plan_command(app, context);
   add_train_command(app, context);
   add_evaluate_command(app, context);

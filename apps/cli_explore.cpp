@@ -1,12 +1,11 @@
 #include "apps/commands.hpp"
+#include "apps/explore_options.hpp"
 #include "apps/explore_run.hpp"
-#include "apps/run_config.hpp"
 #include "apps/settings.hpp"
 #include "core/errors.hpp"
 
 #include <CLI/CLI.hpp>
 
-#include <map>
 #include <memory>
 #include <ostream>
 
@@ -26,39 +25,22 @@ constexpr const char* kFooter =
     "one that reaches its time limit exits with 0.";
 
 struct ExploreWords {
-  std::string world, config_file, out, resume;
-  std::vector<std::string> starts, assignments;
-  std::map<std::string, std::string> options;  ///< by option name
+  std::string world, out, resume;
+  ExploreOptions options;
   bool json = false, quiet = false;
 };
 
 Settings settings_of(const ExploreWords& words) {
-  Settings settings;
-  if (!words.config_file.empty()) add_yaml_file(settings, words.config_file);
-  for (const std::string& assignment : words.assignments) add_assignment(settings, assignment);
+  Settings settings = words.options.settings();
   if (!words.world.empty()) settings["world"] = {words.world, "WORLD"};
-  if (!words.starts.empty()) {
-    std::string joined;
-    for (const std::string& start : words.starts) joined += (joined.empty() ? "" : ";") + start;
-    settings["starts"] = {joined, "--start"};
-  }
-  for (const SettingKey& known : setting_keys()) {
-    const auto given = words.options.find(std::string(known.option));
-    if (known.option.empty() || given == words.options.end()) continue;
-    settings[std::string(known.key)] = {given->second, given->first};
-  }
   return settings;
 }
 
 void check_resume_alone(const ExploreWords& words) {
   if (words.resume.empty()) return;
-  std::string extra;
+  std::string extra = words.options.given();
   if (!words.world.empty()) extra = words.world;
-  if (!words.config_file.empty()) extra = "--config";
   if (!words.out.empty()) extra = "--out";
-  if (!words.starts.empty()) extra = "--start";
-  if (!words.assignments.empty()) extra = "--set";
-  if (!words.options.empty()) extra = words.options.begin()->first;
   if (!extra.empty()) {
     throw InputError("--resume takes everything from the run folder: remove " + extra);
   }
@@ -89,19 +71,7 @@ void add_explore_command(CLI::App& app, CommandContext& context) {
   CLI::App* command = app.add_subcommand("explore", "Explore a world with a fleet of UAVs");
   auto words = std::make_shared<ExploreWords>();
   command->add_option("WORLD", words->world, "World file: .sdf .stl .obj .dae .ply .glb .bt .ot .pcd .yaml .3dmap");
-  command->add_option("--start", words->starts, "Start of a UAV: x,y,z[,yaw_deg]; repeat for each")
-      ->allow_extra_args(false);
-  for (const SettingKey& known : setting_keys()) {
-    if (known.option.empty()) continue;
-    const std::string name(known.option);
-    command
-        ->add_option_function<std::string>(
-            name, [words, name](const std::string& text) { words->options[name] = text; }, std::string(known.help))
-        ->type_name(std::string(known.value));
-  }
-  command->add_option("--config", words->config_file, "Configuration file, as config.yaml of a run")
-      ->type_name("FILE.yaml");
-  command->add_option("--set", words->assignments, "key=value, any key of config.yaml")->allow_extra_args(false);
+  words->options.add_to(*command);
   command->add_option("--out", words->out, "Run folder (default: runs/<world>-<mode>-<seed>)")->type_name("DIR");
   command->add_option("--resume", words->resume, "Go on with the run in this folder")->type_name("DIR");
   command->add_flag("--json", words->json, "Print metrics.json on standard output and nothing else");

@@ -17,6 +17,8 @@ struct CommandContext {
 };
 
 void add_explore_command(CLI::App& app, CommandContext& context);
+void add_bound_command(CLI::App& app, CommandContext& context);
+void add_compare_command(CLI::App& app, CommandContext& context);
 void add_plan_command(CLI::App& app, CommandContext& context);
 void add_train_command(CLI::App& app, CommandContext& context);
 void add_evaluate_command(CLI::App& app, CommandContext& context);

@@ -48,11 +48,7 @@ bool near_ground(const std::string_view phase) {
 
 /// Of what the fleet can see from where it can get to. @throws InputError when that is nothing
 CoverageMeter coverage_meter(const Simulation& simulation) {
-  const explore::FleetConfig& fleet = simulation.config().fleet;
-  const sim3d::GroundTruth& truth = simulation.truth();
-  const auto reachable = truth.reachable(simulation.airborne_starts_m(), fleet.robot, fleet.task_box);
-  const auto explorable = truth.explorable(reachable, simulation.caster(), fleet.sensor, fleet.task_box);
-  CoverageMeter meter(truth.grid(), explorable);
+  CoverageMeter meter(simulation.truth().grid(), simulation.explorable(simulation.reachable()));
   if (meter.explorable_count() == 0) {
     throw InputError("--box holds no free space that the robot can reach from its starts: move or enlarge it");
   }

@@ -102,6 +102,14 @@ std::vector<Eigen::Vector3d> Simulation::airborne_starts_m() const {
   return positions_m;
 }
 
+std::vector<std::uint8_t> Simulation::reachable() const {
+  return truth_->reachable(airborne_starts_m(), config_.fleet.robot, config_.fleet.task_box);
+}
+
+std::vector<std::uint8_t> Simulation::explorable(const std::vector<std::uint8_t>& reachable) const {
+  return truth_->explorable(reachable, *caster_, config_.fleet.sensor, config_.fleet.task_box);
+}
+
 std::vector<std::uint64_t> Simulation::scans_taken() const {
   std::vector<std::uint64_t> counts;
   for (const auto& sensor : sensors_) counts.push_back(sensor->sensor().scans_taken());

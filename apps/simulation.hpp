@@ -25,9 +25,14 @@ class Simulation {
   const sim3d::World& world() const { return world_; }
   const sim3d::GroundTruth& truth() const { return *truth_; }
   const sim3d::RayCaster& caster() const { return *caster_; }
+  std::shared_ptr<const sim3d::RayCaster> shared_caster() const { return caster_; }
   std::vector<explore::UavDoors> doors() const;
   /// Collision-free positions of the UAVs at or right above their starts.
   std::vector<Eigen::Vector3d> airborne_starts_m() const;
+
+  /// Voxels that a UAV can get to from the starts, and of the task box what can be seen from there; a byte each.
+  std::vector<std::uint8_t> reachable() const;
+  std::vector<std::uint8_t> explorable(const std::vector<std::uint8_t>& reachable) const;
 
   std::vector<std::uint64_t> scans_taken() const;
   /// @throws InputError for another number of UAVs.

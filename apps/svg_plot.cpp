@@ -52,7 +52,8 @@ Axes fit_axes(const PlotOptions& options, const std::vector<Series>& series) {
   Axes axes;
   for (const Series& one : series) {
     for (const double value : one.x) axes.x.extend(value);
-    for (const double value : one.y) axes.y.extend(value);
+    for (const auto* values : {&one.y, &one.low, &one.high})
+      for (const double value : *values) axes.y.extend(value);
   }
   if (options.y_from_zero) axes.y.extend(0.0);
   axes.x.make_usable();
@@ -127,6 +128,18 @@ std::string draw_series(const PlotOptions& options, const Axes& axes, const Seri
   return path.empty() ? "" : format("<path class=\"line s%d\" d=\"", one.colour % kColours) + path + "\"/>";
 }
 
+std::string draw_band(const Axes& axes, const Series& one) {
+  if (one.low.size() != one.x.size() || one.high.size() != one.x.size()) return "";
+  std::string path;
+  const auto add = [&](double x, double y) {
+    if (std::isfinite(x) && std::isfinite(y))
+      path += format("%c%.1f %.1f", path.empty() ? 'M' : 'L', axes.px(x), axes.py(y));
+  };
+  for (std::size_t i = 0; i < one.x.size(); ++i) add(one.x[i], one.high[i]);
+  for (std::size_t i = one.x.size(); i-- > 0;) add(one.x[i], one.low[i]);
+  return path.empty() ? "" : format("<path class=\"band s%d\" d=\"", one.colour % kColours) + path + "Z\"/>";
+}
+
 std::string open_figure(const std::string& title, double height, const std::string& attributes = "") {
   return "<figure><figcaption>" + escape_html(title) + "</figcaption>" +
          format("<svg viewBox=\"0 0 %g %g\" role=\"img\" ", kWidth, height) + attributes + "aria-label=\"" +
@@ -172,6 +185,7 @@ std::string line_plot(const PlotOptions& options, const std::vector<Series>& ser
   const Axes axes = fit_axes(options, series);
   std::string html =
       open_figure(options.title, kHeight, options.over_time ? time_axis(axes) : "") + draw_axes(options, axes);
+  for (const Series& one : series) html += draw_band(axes, one);
   for (const Series& one : series) html += draw_series(options, axes, one);
   html += "</svg>";
   if (series.size() > 1) {
@@ -212,6 +226,40 @@ std::string bar_plot(const std::string& title, const std::string& unit, const st
     html += format("<text x=\"%.1f\" y=\"%.1f\">%.3g</text>", end + 6.0, y + 14.0, bars[i].value);
   }
   html += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", 0.5 * (left + kWidth - right), height - 6.0) +
+          escape_html(unit) + "</text>";
+  return html + "</svg></figure>\n";
+}
+
+std::string interval_plot(const std::string& title, const std::string& unit, const std::vector<Interval>& intervals) {
+  Range range;
+  range.extend(0.0);
+  for (const Interval& one : intervals)
+    for (const double value : {one.value, one.low, one.high}) range.extend(value);
+  range.make_usable();
+  const double left = 230.0, right = 60.0, row = 24.0;
+  const double height = row * static_cast<double>(intervals.size()) + 48.0;
+  const auto px = [&](double value) { return left + (value - range.lo) / range.size() * (kWidth - left - right); };
+  std::string html = open_figure(title, height);
+  const double step = tick_step(range.size());
+  for (double v = std::ceil(range.lo / step) * step; v <= range.hi + 1e-9 * step; v += step) {
+    html += format("<line class=\"grid\" x1=\"%.1f\" x2=\"%.1f\" y1=\"4\" y2=\"%.1f\"/>", px(v), px(v), height - 42.0);
+    html += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">%g</text>", px(v), height - 26.0,
+                   std::abs(v) < 1e-9 * step ? 0.0 : v);
+  }
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    const Interval& one = intervals[i];
+    const double y = row * static_cast<double>(i) + 16.0;
+    html += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\">", left - 10.0, y + 4.0) + escape_html(one.name) +
+            "</text>";
+    if (!std::isfinite(one.value)) continue;
+    if (std::isfinite(one.low) && std::isfinite(one.high))
+      html += format("<line class=\"whisker\" x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\"/>", px(one.low),
+                     px(one.high), y, y);
+    html += format("<circle class=\"dot\" cx=\"%.1f\" cy=\"%.1f\" r=\"4\"/>", px(one.value), y);
+    html +=
+        format("<text x=\"%.1f\" y=\"%.1f\">%.3g</text>", px(std::fmax(one.value, one.high)) + 8.0, y + 4.0, one.value);
+  }
+  html += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", 0.5 * (left + kWidth - right), height - 8.0) +
           escape_html(unit) + "</text>";
   return html + "</svg></figure>\n";
 }

@@ -12,8 +12,9 @@ std::string escape_html(std::string_view text);
 struct Series {
   std::string name;
   std::vector<double> x;
-  std::vector<double> y;  ///< NaN breaks the line
-  int colour = 0;         ///< index of a CSS class `s<colour>`
+  std::vector<double> y;              ///< NaN breaks the line
+  int colour = 0;                     ///< index of a CSS class `s<colour>`
+  std::vector<double> low{}, high{};  ///< a band around the line, as long as `x`; empty: none
 };
 
 struct PlotOptions {
@@ -35,5 +36,12 @@ struct Bar {
 };
 /// Horizontal bars on a logarithmic axis (values that are not positive are left out).
 std::string bar_plot(const std::string& title, const std::string& unit, const std::vector<Bar>& bars);
+
+struct Interval {
+  std::string name;
+  double value, low, high;
+};
+/// A dot with its interval per line, on an axis from 0 (values that are not finite are left out).
+std::string interval_plot(const std::string& title, const std::string& unit, const std::vector<Interval>& intervals);
 
 }  // namespace stairwell::apps

@@ -14,13 +14,15 @@ _stairwell() {
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
     --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
+    --modes) COMPREPLY=($(compgen -W "slice,volume slice volume" -- "$current")); return ;;
+    --bound) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
     --view) COMPREPLY=($(compgen -W "iso top slice: storey:" -- "$current")); return ;;
     --shell) COMPREPLY=($(compgen -W "bash zsh" -- "$current")); return ;;
     --out | --resume) COMPREPLY=($(compgen -d -- "$current")); return ;;
   esac
   if [[ $COMP_CWORD -eq 1 ]]; then
-    COMPREPLY=($(compgen -W "explore plan train evaluate world map report completion man --help --version" -- "$current"))
+    COMPREPLY=($(compgen -W "explore bound compare plan train evaluate world map report completion man --help --version" -- "$current"))
     return
   fi
   local options=""
@@ -31,6 +33,15 @@ _stairwell() {
         --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning
         --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
+    bound)
+      options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
+        --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size
+        --voxel-size --config --set --json --help" ;;
+    compare)
+      options="--modes --planners --coverage --uavs --seeds --jobs --bound --start --box --fallback --avoidance --layers
+        --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
+        --yaw-acc-deg --motion --robot-radius --resolution --time-limit --target-coverage --charge-planning
+        --config --set --out --json --quiet --help" ;;
     plan)
       options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all
         --robot --margin --clearance-weight --slice --benchmark --data --tasks
