@@ -3,7 +3,6 @@
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "coverage3d/tour.hpp"
-#include "planning3d/travel_costs.hpp"
 #include "planning3d/yaw_turn.hpp"
 
 #include <algorithm>
@@ -74,9 +73,13 @@ const KnownTour::Leg& KnownTour::leg(std::size_t from_place, std::size_t to_plac
   return leg;
 }
 
-double KnownTour::leg_s(const Pose& from, const Pose& to) {
-  const double move_s = leg(from.place, to.place).length_m / config_.limits.speed_mps + kBend_s;
+double KnownTour::move_s(double way_m, const Pose& from, const Pose& to) const {
+  const double move_s = way_m / config_.limits.speed_mps + kBend_s;
   return config_.sensor.panoramic() ? move_s : std::max(move_s, turn_s(config_.limits, to.yaw_rad() - from.yaw_rad()));
+}
+
+double KnownTour::leg_s(const Pose& from, const Pose& to) {
+  return move_s(leg(from.place, to.place).length_m, from, to);
 }
 
 double KnownTour::tour_s(std::size_t uav) {
@@ -238,24 +241,28 @@ std::vector<KnownTour::Pose> KnownTour::all_poses() const {
   return poses;
 }
 
+/// Geodesic, to every place.
+const std::vector<float>& KnownTour::ways_from(std::size_t place) {
+  const auto [entry, is_new] = ways_m_.try_emplace(place);
+  if (!is_new) return entry->second;
+  planning3d::TravelCosts costs;
+  costs.compute(space_, place_m(place), planning3d::MotionRule::volume(), std::numeric_limits<double>::infinity(),
+                &lattice_);
+  for (std::size_t to = 0; to < views_.places(); ++to) entry->second.push_back(costs.distance_m(views_.place_m(to)));
+  return entry->second;
+}
+
 void KnownTour::order(const std::vector<Pose>& poses) {
   coverage3d::TourProblem problem;
   problem.promptness = 0.0;
   problem.ready_s.assign(starts_m_.size(), 0.0);
-  planning3d::PassableLattice lattice;
-  const auto time_s = [&](const planning3d::TravelCosts& costs, const Pose& from, const Pose& to) {
-    const double way_m = static_cast<double>(costs.distance_m(place_m(to.place)));
-    const double move_s = std::max(way_m, (place_m(to.place) - place_m(from.place)).norm()) / config_.limits.speed_mps;
-    return config_.sensor.panoramic()
-               ? move_s + kBend_s
-               : std::max(move_s + kBend_s, turn_s(config_.limits, to.yaw_rad() - from.yaw_rad()));
-  };
   const auto row = [&](const Pose& from) {
-    planning3d::TravelCosts costs;
-    costs.compute(space_, place_m(from.place), planning3d::MotionRule::volume(),
-                  std::numeric_limits<double>::infinity(), &lattice);
+    const std::vector<float>& ways_m = ways_from(from.place);
     std::vector<double> times_s;
-    for (const Pose& to : poses) times_s.push_back(time_s(costs, from, to));
+    for (const Pose& to : poses) {
+      const double straight_m = (place_m(to.place) - place_m(from.place)).norm();
+      times_s.push_back(move_s(std::max(static_cast<double>(ways_m[to.place]), straight_m), from, to));
+    }
     return times_s;
   };
   for (std::size_t k = 0; k < starts_m_.size(); ++k) problem.start_s.push_back(row({start_place(k), start_yaws_[k]}));

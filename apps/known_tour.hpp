@@ -4,6 +4,7 @@
 #include "core/trajectory.hpp"
 #include "explore/fleet_config.hpp"
 #include "planning3d/astar_planner.hpp"
+#include "planning3d/travel_costs.hpp"
 
 #include <cstddef>
 #include <map>
@@ -42,7 +43,9 @@ class KnownTour {
   std::size_t start_place(std::size_t uav) const { return views_.places() + uav; }
   Eigen::Vector3d place_m(std::size_t place) const;
   Pose pose_before(std::size_t uav, std::size_t stop) const;
+  double move_s(double way_m, const Pose& from, const Pose& to) const;
   double leg_s(const Pose& from, const Pose& to);
+  const std::vector<float>& ways_from(std::size_t place);
   double tour_s(std::size_t uav);
   double cost();
   void count(const Pose& from, const Pose& to, int sign);
@@ -63,6 +66,8 @@ class KnownTour {
   std::vector<int> start_yaws_;
   planning3d::AstarPlanner planner_;
   std::map<std::pair<std::size_t, std::size_t>, Leg> legs_;
+  planning3d::PassableLattice lattice_;
+  std::map<std::size_t, std::vector<float>> ways_m_;  ///< by place: to every place
   std::vector<std::vector<Pose>> tours_;
   std::vector<int> seen_;  ///< [target]: by how many of the poses passed
   std::size_t seen_targets_ = 0;
