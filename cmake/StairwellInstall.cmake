@@ -21,7 +21,7 @@ foreach(folder core sim3d perception mapping learning/nn planning3d coverage3d e
   endif()
   install(TARGETS ${library} EXPORT stairwellTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/${parent}
-    COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+    COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "torch_*.hpp" EXCLUDE)
 endforeach()
 install(FILES ${PROJECT_BINARY_DIR}/generated/core/version.hpp
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stairwell/core COMPONENT development)

@@ -51,7 +51,8 @@ _stairwell() {
         COMPREPLY=($(compgen -W "path2d path3d --help" -- "$current"))
         return
       fi
-      options="--algo --steps --seed --head --attraction --scales --device --out --resume --quiet --help" ;;
+      options="--algo --steps --seed --reward --demonstrations --from --head --attraction --scales --device --out
+        --resume --quiet --help" ;;
     evaluate)
       options="--suite --worlds --json --quiet --help" ;;
     world)

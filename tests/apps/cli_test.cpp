@@ -47,6 +47,8 @@ TEST_CASE("help and version") {
   for (const Words& command : {Words{},
                                {"explore"},
                                {"plan"},
+                               {"train"},
+                               {"evaluate"},
                                {"world"},
                                {"world", "info"},
                                {"world", "convert"},

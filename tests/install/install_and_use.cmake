@@ -52,6 +52,9 @@ run(${WORK}/build/plan_path ${WORK}/room.bt -1.5,-1,1.2 1.5,1,1.2)
 run(${WORK}/moved/bin/stairwell --version)
 run(${CMAKE_COMMAND} -E chdir ${WORK} ${WORK}/moved/bin/stairwell plan ${WORK}/moved/share/stairwell/worlds/duplex.sdf
   --from -3,-2,1 --to -2,-2,1 --planner agent2d --slice --resolution 0.2 --quiet)
+if(EXISTS ${WORK}/moved/lib/stairwell/stairwell_training.so)
+  run(${WORK}/moved/bin/stairwell train path2d --algo td3 --steps 1 --quiet --out ${WORK}/trained)
+endif()
 
 # What the Debian packages hold (CPack installs the same components).
 foreach(component program development)

@@ -1,4 +1,5 @@
 #include "apps/cast_storey.hpp"
+#include "apps/curve_picture.hpp"
 #include "apps/render.hpp"
 #include "apps/voxel_scene.hpp"
 #include "building.hpp"
@@ -304,6 +305,32 @@ TEST_CASE("what cannot be drawn or written is refused, and nothing is left behin
   refused([](RenderOptions& o) { o.view = RenderOptions::View::kSlice; });
   refused([](RenderOptions& o) { parse_view("slice:99", o); });
   CHECK_FALSE(fs::exists(out("refused.png")));
+}
+
+TEST_CASE("a curve goes where its numbers go, and has gaps where there are none") {
+  const auto picture = [](const std::string& rows) {
+    std::ofstream(out("curve.csv")) << "round,step,loss,wall_s\n" << rows;
+    write_curve_picture(CsvTable::read(out("curve.csv")), "a curve", out("curve.png"));
+    return read_png(out("curve.png"));
+  };
+  /// Height of the coloured pixels in a column of the picture, in the mean; NaN: there are none.
+  const auto height_at = [](const Image& image, double part) {
+    const int x = 90 + static_cast<int>(part * 790);
+    double sum = 0.0, count = 0.0;
+    for (int y = 0; y < image.height; ++y) {
+      const std::uint8_t* p = image.pixel(x, y);
+      if (p[0] - p[2] < 60) continue;  // grey or white
+      sum += y;
+      count += 1.0;
+    }
+    return sum / count;
+  };
+  const Image falling = picture("0,0,4,1\n1,100,2,2\n2,200,0,3\n");
+  CHECK(height_at(falling, 0.1) < height_at(falling, 0.5) - 30.0);
+  CHECK(height_at(falling, 0.5) < height_at(falling, 0.9) - 30.0);
+  const Image gap = picture("0,0,4,1\n1,100,,2\n2,200,0,3\n");
+  CHECK(std::isnan(height_at(gap, 0.5)));
+  CHECK(different_pixels(picture("0,0,,1\n"), falling) > 0);  // nothing to draw is no failure
 }
 
 }  // namespace stairwell::apps
