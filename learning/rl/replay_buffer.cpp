@@ -15,9 +15,9 @@ std::span<const T> part(const std::vector<T>& values, std::size_t count) {
 }
 
 template <typename T>
-void read_part(nn::ByteReader& reader, std::vector<T>& values) {
+void read_part(nn::ByteReader& reader, std::size_t count, std::vector<T>& values) {
   const std::vector<T> read = reader.list<T>();
-  if (read.size() > values.size()) throw InputError("replay of another size");
+  if (read.size() != count) throw InputError("replay of another size");
   std::ranges::copy(read, values.begin());
 }
 
@@ -105,11 +105,12 @@ void ReplayBuffer::save(nn::ByteWriter& writer) const {
 void ReplayBuffer::load(nn::ByteReader& reader) {
   count_ = reader.number<std::uint64_t>();
   transitions_ = static_cast<std::size_t>(reader.number<std::uint64_t>());
-  read_part(reader, windows_);
-  read_part(reader, features_);
-  read_part(reader, actions_);
-  read_part(reader, rewards_);
-  read_part(reader, kinds_);
+  const std::size_t n = size();
+  read_part(reader, n * shape_.window_bytes, windows_);
+  read_part(reader, n * shape_.features, features_);
+  read_part(reader, n * shape_.actions, actions_);
+  read_part(reader, n, rewards_);
+  read_part(reader, n, kinds_);
 }
 
 TransitionBatch draw_mixed(const ReplayBuffer& own, const ReplayBuffer& demonstrations, std::size_t count,
