@@ -27,6 +27,7 @@ class FrontierPatches {
   /// @param size  voxels per axis @param longest  voxels; patches are cut until they are no longer
   FrontierPatches(const std::array<int, 3>& size, int longest);
 
+  /// What a replacement changed.
   struct Replaced {
     std::vector<std::uint32_t> added;     ///< patches; their cluster is 0
     std::vector<std::uint32_t> bereaved;  ///< clusters that lost a patch; some of them more than once

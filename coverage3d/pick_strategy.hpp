@@ -13,6 +13,7 @@ class PickStrategy : public FrontierStrategy {
   using FrontierStrategy::FrontierStrategy;
 
  protected:
+  /// Who chooses, and when.
   struct Choice {
     const Crew& crew;
     std::size_t vehicle;

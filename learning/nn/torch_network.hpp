@@ -23,6 +23,7 @@ torch::Tensor torch_rows(std::span<const std::uint8_t> values, std::size_t count
 /// On the CPU, row by row.
 std::vector<float> torch_values(const torch::Tensor& tensor);
 
+/// The network as LibTorch trains it.
 class TorchNetwork {
  public:
   /// Weights from LibTorch's generator as it stands (He et al. 2015, uniform), the last layer's without the factor 2.
