@@ -2,6 +2,7 @@
 
 #include "apps/atomic_file.hpp"
 #include "apps/checkpoint.hpp"
+#include "apps/fleet_map.hpp"
 #include "apps/map_files.hpp"
 #include "apps/metrics.hpp"
 #include "apps/render.hpp"
@@ -15,6 +16,8 @@
 #include "mapping/octomap_io.hpp"
 
 #include <nlohmann/json.hpp>
+
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -34,6 +37,13 @@ namespace {
 constexpr double kCheckpointShare = 0.05;
 
 double clock_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// Computing time of this thread: other programs on the machine do not make the UAVs think longer.
+double computing_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 std::string read_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -64,8 +74,10 @@ class ExploreRun {
         folder_(std::move(folder)),
         progress_(progress),
         checkpoints_(folder_),
-        coverage_(std::move(coverage)),
-        flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs) {}
+        explorable_(std::move(coverage)),
+        coverage_(explorable_),
+        flight_(simulation.truth(), config_.fleet.robot.radius_m, config_.uavs),
+        finish_(simulation.truth().grid(), config_.fleet) {}
 
   void begin() {
     log_.emplace(folder_, config_.fleet, simulation_.truth().grid(), config_.uavs);
@@ -74,21 +86,23 @@ class ExploreRun {
   }
 
   void resume(Simulation& simulation) {
-    mapping::OccupancyMap map(simulation_.truth().grid(), config_.fleet.occupancy);
-    const Checkpoint saved = checkpoints_.load(map);
+    std::vector<mapping::OccupancyMap> maps;
+    const Checkpoint saved =
+        checkpoints_.load(mapping::OccupancyMap(simulation_.truth().grid(), config_.fleet.occupancy), maps);
     log_.emplace(folder_, config_.fleet, simulation_.truth().grid(), config_.uavs, saved.log_bytes);
     make_fleet();
-    fleet_->load_state(saved.fleet, std::move(map));
+    fleet_->load_state(saved.fleet, std::move(maps));
     log_->resume(*fleet_);
     simulation.set_scans_taken(saved.scans_taken);
     try {
       flight_.load(nlohmann::json::parse(saved.flight));
       milestones_.load(nlohmann::json::parse(saved.milestones));
+      finish_.load(nlohmann::json::parse(saved.finish));
     } catch (const nlohmann::json::exception& error) {
       throw InputError(folder_.string() + ": the checkpoint is damaged: " + error.what());
     }
     earlier_wall_s_ = saved.wall_s;
-    coverage_.update(fleet_->map());
+    coverage_.update(map_.update(*fleet_));
   }
 
   void loop(const volatile std::sig_atomic_t& interrupted) {
@@ -116,14 +130,15 @@ class ExploreRun {
   std::string finish() {
     const bool interrupted = fleet_->stop_reason() == StopReason::kInterrupted;
     if (interrupted) save_checkpoint();
-    log_->publish(fleet_->map(), [this](const VoxelIndex& v) { return expected_occupancy(simulation_.truth(), v); });
-    mapping::save_octomap(fleet_->map(), folder_ / "map.bt");
-    mapping::save_octomap(fleet_->map(), folder_ / "map.ot");
-    std::string metrics = metrics_json(config_, *fleet_, coverage_, flight_, milestones_, total_wall_s_);
+    const mapping::OccupancyMap& map = map_.update(*fleet_);
+    log_->publish(map, [this](const VoxelIndex& v) { return expected_occupancy(simulation_.truth(), v); });
+    mapping::save_octomap(map, folder_ / "map.bt");
+    mapping::save_octomap(map, folder_ / "map.ot");
+    std::string metrics = metrics_json(run_figures(map));
     write_file_atomically(folder_ / "metrics.json", metrics);
     RenderOptions options;
     options.trajectories_m = read_trajectories(folder_ / "trajectories.csv", config_.uavs);
-    render_map_png(fleet_->map(), options, folder_ / "snapshot.png");
+    render_map_png(map, options, folder_ / "snapshot.png");
     write_report(folder_);
     if (!interrupted) checkpoints_.remove();
     return metrics;
@@ -133,7 +148,8 @@ class ExploreRun {
 
  private:
   void make_fleet() {
-    fleet_ = std::make_unique<explore::Fleet>(config_.fleet, simulation_.doors(), *log_, clock_s);
+    fleet_ =
+        std::make_unique<explore::Fleet>(config_.fleet, simulation_.doors(), *log_, computing_s, simulation_.radio());
     if (fleet_->map().grid() != simulation_.truth().grid()) throw RunError("the fleet's map has an unexpected grid");
   }
 
@@ -144,13 +160,15 @@ class ExploreRun {
       states.push_back(fleet_->uav_state(i));
       grounded.push_back(near_ground(fleet_->uav_phase(i)));
     }
-    coverage_.update(fleet_->map());
+    const mapping::OccupancyMap& map = map_.update(*fleet_);
+    coverage_.update(map);
     flight_.observe(fleet_->time_s(), states, grounded);
     for (const FlightMeter::Contact& contact : flight_.take_contacts()) {
       log_->on_event(fleet_->time_s(), contact.uav, "collision", contact.with);
     }
     milestones_.observe(fleet_->time_s(), coverage_.coverage());
-    log_->record(*fleet_, coverage_.coverage());
+    finish_.observe(fleet_->time_s(), map, states, fleet_->exploring());
+    log_->record(*fleet_, coverage_.coverage(), map.known_volume_m3());
   }
 
   void save_checkpoint() {
@@ -158,10 +176,25 @@ class ExploreRun {
     checkpoint.fleet = fleet_->save_state();
     checkpoint.flight = flight_.save().dump();
     checkpoint.milestones = milestones_.save().dump();
+    checkpoint.finish = finish_.save().dump();
     checkpoint.wall_s = wall_s();
     checkpoint.scans_taken = simulation_.scans_taken();
     checkpoint.log_bytes = log_->flush();
-    checkpoints_.save(checkpoint, fleet_->map());
+    std::vector<const mapping::OccupancyMap*> maps;
+    for (std::size_t i = 0; i < fleet_->map_count(); ++i) maps.push_back(&fleet_->map(i));
+    checkpoints_.save(checkpoint, maps);
+  }
+
+  RunFigures run_figures(const mapping::OccupancyMap& map) const {
+    RunFigures figures{config_, *fleet_, coverage_, flight_, milestones_, finish_};
+    figures.known_volume_m3 = map.known_volume_m3();
+    figures.wall_s = total_wall_s_;
+    for (std::size_t i = 0; i < fleet_->size() && !fleet_->shares_one_map(); ++i) {
+      CoverageMeter own = explorable_;
+      own.update(fleet_->map_of(i));
+      figures.coverage_per_uav.push_back(own.coverage());
+    }
+    return figures;
   }
 
   /// @returns when the next one is due
@@ -179,9 +212,12 @@ class ExploreRun {
   fs::path folder_;
   Progress& progress_;
   CheckpointFolder checkpoints_;
+  CoverageMeter explorable_;  ///< nothing of it known
   CoverageMeter coverage_;
+  FleetMap map_;
   FlightMeter flight_;
   Milestones milestones_;
+  FinishMeter finish_;
   std::optional<RunLog> log_;
   std::unique_ptr<explore::Fleet> fleet_;
   double begin_s_ = 0.0;
@@ -247,6 +283,24 @@ ExploreResult run_explore(const ExploreRequest& request, const volatile std::sig
                                 : run_resumed(request.resume, progress, interrupted);
 }
 
+namespace {
+
+/// `: 12 targets nobody can see, 1 UAV lost`; empty where there is nothing to say.
+std::string left_text(const nlohmann::json& metrics) {
+  std::string text;
+  const auto tell = [&](const char* key, const char* what) {
+    const auto count = metrics.contains("left") ? metrics["left"].value(key, 0) : 0;
+    if (count > 0) text += (text.empty() ? " (" : ", ") + std::to_string(count) + " " + what;
+  };
+  tell("open_targets", "targets left");
+  tell("unreachable_targets", "out of reach or sight");
+  tell("uavs_out_of_battery", "UAVs out of battery");
+  tell("uavs_lost", "UAVs lost");
+  return text.empty() ? text : text + ")";
+}
+
+}  // namespace
+
 std::string summary_text(const ExploreResult& result) {
   const auto metrics = nlohmann::json::parse(result.metrics, nullptr, false);
   if (metrics.is_discarded()) throw RunError((result.folder / "metrics.json").string() + ": is damaged");
@@ -260,8 +314,8 @@ std::string summary_text(const ExploreResult& result) {
                 "path          %.1f m, %.0f collisions\n",
                 100.0 * value("coverage"), value("explorable_volume_m3"), value("finish_s"), value("wall_s"),
                 value("realtime_factor"), value("path_length_m"), value("collisions"));
-  return "stopped       " + metrics.value("stop_reason", std::string("unknown")) + "\n" + numbers + "run folder    " +
-         result.folder.string() + "\n";
+  return "stopped       " + metrics.value("stop_reason", std::string("unknown")) + left_text(metrics) + "\n" + numbers +
+         "run folder    " + result.folder.string() + "\n";
 }
 
 }  // namespace stairwell::apps

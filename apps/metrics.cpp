@@ -239,8 +239,21 @@ double peak_rss_mib() {
   return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024.0 : kNan;  // KiB on Linux
 }
 
-std::string metrics_json(const RunConfig& config, const explore::Fleet& fleet, const CoverageMeter& coverage,
-                         const FlightMeter& flight, const Milestones& milestones, double wall_s) {
+namespace {
+
+/// What was not explored, and why not.
+nlohmann::ordered_json left_json(const explore::FleetStats& stats) {
+  return {{"open_targets", stats.open_targets},
+          {"unreachable_targets", stats.unreachable_targets},
+          {"uavs_out_of_battery", stats.out_of_battery},
+          {"uavs_lost", stats.lost}};
+}
+
+}  // namespace
+
+std::string metrics_json(const RunFigures& figures) {
+  const auto& [config, fleet, coverage, flight, milestones, finish, known_volume_m3, coverage_per_uav, wall_s] =
+      figures;
   const auto spread = [](const std::vector<double>& values) {
     const Percentiles p = percentiles(values);
     return nlohmann::ordered_json{{"p50", number(p.p50)}, {"p99", number(p.p99)}, {"max", number(p.max)}};
@@ -255,20 +268,28 @@ std::string metrics_json(const RunConfig& config, const explore::Fleet& fleet, c
   j["uavs"] = config.uavs;
   j["seed"] = config.fleet.seed;
   j["stop_reason"] = explore::to_string(fleet.stop_reason());
+  j["left"] = left_json(fleet.stats());
   j["coverage"] = number(coverage.coverage());
-  j["known_volume_m3"] = number(fleet.map().known_volume_m3());
+  j["coverage_per_uav"] = coverage_per_uav;
+  j["known_volume_m3"] = number(known_volume_m3);
   j["explorable_volume_m3"] = coverage.explorable_volume_m3();
   for (std::size_t i = 0; i < Milestones::kPercent.size(); ++i) {
     const auto& time_s = milestones.times_s()[i];
     j["t" + std::to_string(Milestones::kPercent[i]) + "_s"] = time_s ? json(*time_s) : json(nullptr);
   }
+  const auto moment = [](const std::optional<double>& time_s) { return time_s ? json(*time_s) : json(nullptr); };
   j["finish_s"] = fleet.exploration_end_s();
+  j["finish_rule_met_s"] = moment(finish.met_s());
+  j["first_motion_s"] = moment(finish.first_motion_s());
+  j["last_motion_s"] = moment(finish.last_motion_s());
   j["path_length_m"] = path_m;
   j["path_length_per_uav_m"] = flight.path_length_m();
   j["mean_uav_distance_m"] = number(flight.mean_distance_m());
   j["std_uav_distance_m"] = number(flight.std_distance_m());
   j["min_uav_distance_m"] = number(flight.min_distance_m());
   j["collisions"] = flight.collisions();
+  j["map_exchanges"] = fleet.stats().map_exchanges;
+  j["voxels_told"] = fleet.stats().voxels_told;
   j["fallbacks"] = fleet.stats().fallbacks;
   j["fallback_reasons"] = fleet.stats().fallback_reasons;
   j["plan_ms"] = spread(fleet.stats().plan_ms);

@@ -1,6 +1,7 @@
 /// How well a run went, measured from outside the agents against the true world.
 #pragma once
 
+#include "apps/finish_meter.hpp"
 #include "apps/run_config.hpp"
 #include "core/trajectory.hpp"
 #include "explore/fleet.hpp"
@@ -104,8 +105,20 @@ Percentiles percentiles(std::vector<double> values);
 
 double peak_rss_mib();
 
+/// What metrics.json is made of.
+struct RunFigures {
+  const RunConfig& config;
+  const explore::Fleet& fleet;
+  const CoverageMeter& coverage;
+  const FlightMeter& flight;
+  const Milestones& milestones;
+  const FinishMeter& finish;
+  double known_volume_m3 = 0.0;
+  std::vector<double> coverage_per_uav = {};  ///< of each UAV's own map; empty where all share one
+  double wall_s = 0.0;
+};
+
 /// The text of metrics.json.
-std::string metrics_json(const RunConfig& config, const explore::Fleet& fleet, const CoverageMeter& coverage,
-                         const FlightMeter& flight, const Milestones& milestones, double wall_s);
+std::string metrics_json(const RunFigures& figures);
 
 }  // namespace stairwell::apps

@@ -86,27 +86,30 @@ void ReplayRecorder::resume(const mapping::OccupancyMap& map) {
     const VoxelIndex v = grid_.voxel(i);
     occupied_[cells_.cell(v)] = map.at(v) == Occupancy::kOccupied;
   }
-  known_ = map.known_voxels();
+  followed_[&map] = {0, map.known_voxels()};
 }
 
 void ReplayRecorder::on_scan(std::size_t uav, const mapping::OccupancyMap& map) {
-  map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& box) {
+  Followed& followed = followed_[&map];
+  if (followed.revision > map.revision()) followed = {};  // another map in the place of one that is gone
+  map.for_each_block_changed_since(followed.revision, [&](const mapping::VoxelBox& box) {
     VoxelIndex v;
     for (v.z = box.lo.z; v.z <= box.hi.z; ++v.z) {
       for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
         for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
           const std::uint64_t cell = cells_.cell(v);
-          const bool now = map.at(v) == Occupancy::kOccupied;
-          if (now == occupied_[cell]) continue;
+          const Occupancy there = map.at(v);
+          const bool now = there == Occupancy::kOccupied;
+          if (there == Occupancy::kUnknown || now == occupied_[cell]) continue;  // others may know more
           occupied_[cell] = now;
           toggles_.push_back({cell, uav});
         }
       }
     }
   });
-  revision_ = map.revision();
-  newly_known_.at(uav) += map.known_voxels() - known_;
-  known_ = map.known_voxels();
+  followed.revision = map.revision();
+  newly_known_.at(uav) += map.known_voxels() - std::min(followed.known, map.known_voxels());
+  followed.known = map.known_voxels();
 }
 
 void ReplayRecorder::on_trajectory(double time_s, std::size_t uav, const Trajectory& trajectory) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,8 +65,11 @@ class ReplayRecorder {
   double time_s_ = 0.0;
   std::vector<bool> occupied_;  ///< by cell
   std::vector<Toggle> toggles_;
-  std::uint64_t revision_ = 0;
-  std::size_t known_ = 0;
+  struct Followed {
+    std::uint64_t revision = 0;
+    std::size_t known = 0;  ///< voxels
+  };
+  std::map<const mapping::OccupancyMap*, Followed> followed_;  ///< several where not all UAVs are in touch
   std::vector<std::uint64_t> newly_known_;  ///< per UAV
   coverage3d::FrontierFinder finder_;
   std::vector<std::uint64_t> frontier_;

@@ -2,6 +2,7 @@
 
 #include "apps/models_dir.hpp"
 #include "apps/option_values.hpp"
+#include "apps/setting_entries.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
 #include "coverage3d/strategy.hpp"
@@ -9,43 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <sstream>
 
 namespace stairwell::apps {
 
 namespace {
-
-using Apply = std::function<void(RunConfig&, const std::string&)>;
-
-struct Entry {
-  SettingKey key;
-  std::string fallback;  ///< default text; empty = none
-  Apply apply;
-};
-
-Apply number(double& (*field)(RunConfig&)) {
-  return [field](RunConfig& config, const std::string& text) { field(config) = parse_number(text); };
-}
-
-Apply angle_deg(double& (*field)(RunConfig&)) {
-  return [field](RunConfig& config, const std::string& text) { field(config) = rad_from_deg(parse_number(text)); };
-}
-
-Apply on_off(bool& (*field)(RunConfig&)) {
-  return [field](RunConfig& config, const std::string& text) { field(config) = parse_switch(text); };
-}
-
-/// One of a list of words.
-template <typename Value>
-Value choice(const std::string& text, const std::vector<std::pair<std::string, Value>>& known) {
-  std::string names;
-  for (const auto& [name, value] : known) {
-    if (name == text) return value;
-    names += (names.empty() ? "" : ", ") + name;
-  }
-  throw InputError("'" + text + "' is not one of " + names);
-}
 
 std::string known_name(const std::string& text, const std::vector<std::string_view>& names) {
   std::vector<std::pair<std::string, std::string>> known;
@@ -233,12 +202,6 @@ const std::vector<Entry>& motion_entries() {
       {{"yaw_acc_deg", "--yaw-acc-deg", "DEG/S2", "largest turning acceleration"},
        "90",
        angle_deg([](RunConfig& c) -> double& { return c.fleet.limits.yaw_acceleration_radps2; })},
-      {{"limits_norm", "", "", "euclidean or per_axis"},
-       "euclidean",
-       [](RunConfig& c, const std::string& t) {
-         using Norm = MotionLimits::Norm;
-         c.fleet.limits.norm = choice<Norm>(t, {{"euclidean", Norm::kEuclidean}, {"per_axis", Norm::kPerAxis}});
-       }},
       {{"robot_radius_m", "--robot-radius", "M", "radius of a UAV"}, "0.2", number([](RunConfig& c) -> double& {
          return c.fleet.robot.radius_m;
        })},
@@ -329,7 +292,7 @@ const std::vector<Entry>& run_entries() {
 
 std::vector<Entry> all_entries() {
   std::vector<Entry> all;
-  for (const auto* group : {&task_entries(), &sensor_entries(), &motion_entries(), &run_entries()}) {
+  for (const auto* group : {&task_entries(), &sensor_entries(), &motion_entries(), &rule_entries(), &run_entries()}) {
     all.insert(all.end(), group->begin(), group->end());
   }
   return all;
@@ -443,6 +406,10 @@ std::vector<std::string> RunConfig::problems() const {
   if (!(target_coverage > 0.0) || target_coverage > 1.0) {
     found.emplace_back("--target-coverage must be above 0 and at most 1");
   }
+  for (const explore::Loss& loss : fleet.losses) {
+    if (loss.uav >= uavs) found.push_back("--lose " + std::to_string(loss.uav) + "@..: UAVs are numbered from 0");
+  }
+  if (radio_range_m && !(*radio_range_m >= 0.0)) found.emplace_back("--radio-range must not be negative");
   if (!(checkpoint_period_s >= 0.0)) found.emplace_back("checkpoint_period_s must not be negative");
   if (!(world_options.extrude_height_m > 0.0)) found.emplace_back("--extrude-height must be positive");
   if (!(world_options.point_size_m > 0.0)) found.emplace_back("--point-size must be positive");

@@ -29,8 +29,9 @@ struct RunConfig {
   std::vector<Start> starts;     ///< as given; `complete` fills up to `uavs`
   double target_coverage = 1.0;  ///< the run ends when this much of the explorable space is known; 1 = never
   bool noise = false;
-  double checkpoint_period_s = 2.0;  ///< wall time
-  std::string out;                   ///< empty: runs/<world>-<mode>-<seed>[-k]
+  std::optional<double> radio_range_m;  ///< of the exchange of maps; nullopt: unlimited
+  double checkpoint_period_s = 2.0;     ///< wall time
+  std::string out;                      ///< empty: runs/<world>-<mode>-<seed>[-k]
 
   /// Every reason why the configuration cannot be used; empty = usable. Each names the setting and the mend.
   std::vector<std::string> problems() const;

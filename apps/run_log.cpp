@@ -73,15 +73,15 @@ void RunLog::resume(const explore::Fleet& fleet) {
   scans_timed_ = fleet.stats().integrate_ms.size();
 }
 
-void RunLog::record(const explore::Fleet& fleet, double coverage) {
-  if (due(fleet.time_s(), fleet.tick_s(), kStepsPeriod_s)) record_step(fleet, coverage);
+void RunLog::record(const explore::Fleet& fleet, double coverage, double known_volume_m3) {
+  if (due(fleet.time_s(), fleet.tick_s(), kStepsPeriod_s)) record_step(fleet, coverage, known_volume_m3);
   if (due(fleet.time_s(), fleet.tick_s(), kTrajectoriesPeriod_s)) record_trajectories(fleet);
   if (due(fleet.time_s(), fleet.tick_s(), kStepsPeriod_s)) record_timings(fleet);
   replay_.record(fleet.time_s(), fleet.tick_s(), fleet.map());
 }
 
-void RunLog::record_step(const explore::Fleet& fleet, double coverage) {
-  std::string row = fixed(fleet.time_s(), 3) + "," + fixed(coverage, 6) + "," + fixed(fleet.map().known_volume_m3(), 3);
+void RunLog::record_step(const explore::Fleet& fleet, double coverage, double known_volume_m3) {
+  std::string row = fixed(fleet.time_s(), 3) + "," + fixed(coverage, 6) + "," + fixed(known_volume_m3, 3);
   for (std::size_t i = 0; i < fleet.size(); ++i) {
     const MotionState state = fleet.uav_state(i);
     for (int axis = 0; axis < 3; ++axis) row += "," + fixed(state.position_m[axis], 3);

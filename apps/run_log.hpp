@@ -28,7 +28,8 @@ class RunLog final : public explore::ExplorationLog {
   void resume(const explore::Fleet& fleet);
 
   /// After every tick; writes rows at 2 Hz (steps, timings) and 10 Hz (trajectories) of simulated time.
-  void record(const explore::Fleet& fleet, double coverage);
+  /// @param coverage, known_volume_m3 of all that the fleet has seen
+  void record(const explore::Fleet& fleet, double coverage, double known_volume_m3);
   Offsets flush();
   /// Gives the files their names. @param expected what the world says about each voxel of the map
   void publish(const mapping::OccupancyMap& map, const Expected& expected);
@@ -41,7 +42,7 @@ class RunLog final : public explore::ExplorationLog {
   void on_trajectory(double time_s, std::size_t uav, const Trajectory& trajectory) override;
 
  private:
-  void record_step(const explore::Fleet& fleet, double coverage);
+  void record_step(const explore::Fleet& fleet, double coverage, double known_volume_m3);
   void record_trajectories(const explore::Fleet& fleet);
   void record_timings(const explore::Fleet& fleet);
 

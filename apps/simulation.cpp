@@ -86,6 +86,7 @@ Simulation::Simulation(RunConfig config)
         sim3d::make_vehicle(vehicle_model(config_.fleet.motion), config_.fleet.limits, state, starts_[i].landed));
     sensors_.push_back(std::make_unique<FellowAwareSensor>(*this, i));
   }
+  if (config_.radio_range_m) radio_ = std::make_unique<sim3d::RangeRadio>(*config_.radio_range_m);
 }
 
 Simulation::~Simulation() = default;

@@ -27,6 +27,8 @@ class Simulation {
   const sim3d::RayCaster& caster() const { return *caster_; }
   std::shared_ptr<const sim3d::RayCaster> shared_caster() const { return caster_; }
   std::vector<explore::UavDoors> doors() const;
+  /// Null where everybody is in touch, always.
+  const Radio* radio() const { return radio_.get(); }
   /// Collision-free positions of the UAVs at or right above their starts.
   std::vector<Eigen::Vector3d> airborne_starts_m() const;
 
@@ -48,6 +50,7 @@ class Simulation {
   std::vector<CheckedStart> starts_;
   std::vector<std::unique_ptr<Vehicle>> vehicles_;
   std::vector<std::unique_ptr<FellowAwareSensor>> sensors_;
+  std::unique_ptr<Radio> radio_;
 };
 
 /// The map of a fleet with this configuration: the task box and a margin.

@@ -24,6 +24,10 @@ std::vector<std::string> MotionLimits::problems() const {
   return found;
 }
 
+double MotionLimits::stretch(const Eigen::Vector3d& direction) const {
+  return norm == Norm::kEuclidean ? 1.0 : direction.norm() / direction.cwiseAbs().maxCoeff();
+}
+
 Trajectory::Trajectory(double start_time_s, std::vector<MotionState> states)
     : start_time_s_(start_time_s), states_(std::move(states)) {
   if (states_.empty()) throw std::invalid_argument("a trajectory needs at least one state");

@@ -18,6 +18,9 @@ struct MotionLimits {
   Norm norm = Norm::kEuclidean;
 
   bool limits_jerk() const { return jerk_mps3 > 0.0; }
+  /// How much faster than the limits a motion along `direction` (any length but zero) may be: 1 for Euclidean limits,
+  /// up to sqrt(3) on a space diagonal per axis. The same for speed and acceleration.
+  double stretch(const Eigen::Vector3d& direction) const;
   std::vector<std::string> problems() const;
 };
 

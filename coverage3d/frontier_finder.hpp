@@ -39,6 +39,8 @@ class FrontierFinder {
   const FrontierConfig& config() const { return config_; }
   const mapping::VoxelBox& box() const { return box_; }
   bool contains(const VoxelIndex& v) const { return inside(v) && patches_.contains(v); }
+  /// Id of the cluster that holds the voxel; 0 = none.
+  std::uint32_t cluster_at(const VoxelIndex& v) const { return inside(v) ? patches_.cluster_at(v) : kLoose; }
   std::size_t voxel_count() const { return patches_.voxel_count(); }
   /// All clusters by id, the ones too small for a visit too.
   const std::map<std::uint32_t, FrontierCluster>& clusters() const { return clusters_; }

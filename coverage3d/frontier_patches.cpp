@@ -12,6 +12,11 @@ std::uint32_t row_of(const BlockBits& bits, int y, int z) {
   return static_cast<std::uint32_t>(bits[static_cast<std::size_t>(z)] >> (8 * y)) & 0xFFU;
 }
 
+/// @param v  of the grid, in the block that the bits are of
+bool holds(const BlockBits& bits, const VoxelIndex& v) {
+  return (bits[static_cast<std::size_t>(v.z & 7)] >> (8 * (v.y & 7) + (v.x & 7)) & 1U) != 0;
+}
+
 /// The set and all its neighbours, those in other blocks too.
 Rows dilated_beyond(const BlockBits& bits) {
   std::array<std::array<std::uint32_t, 10>, 8> in_layer{};
@@ -124,9 +129,13 @@ void FrontierPatches::replace(const VoxelIndex& block, const BlockBits& bits, Re
   }
 }
 
-bool FrontierPatches::contains(const VoxelIndex& v) const {
-  const Block& there = store_[table_[entry_of({v.x >> 3, v.y >> 3, v.z >> 3})]];
-  return (there.bits[static_cast<std::size_t>(v.z & 7)] >> (8 * (v.y & 7) + (v.x & 7)) & 1U) != 0;
+bool FrontierPatches::contains(const VoxelIndex& v) const { return holds(block_of(v).bits, v); }
+
+std::uint32_t FrontierPatches::cluster_at(const VoxelIndex& v) const {
+  for (const std::uint32_t patch : block_of(v).patches) {
+    if (holds(patches_[patch].bits, v)) return patches_[patch].cluster;
+  }
+  return 0;
 }
 
 void FrontierPatches::neighbours(std::uint32_t patch, std::vector<std::uint32_t>& found) const {

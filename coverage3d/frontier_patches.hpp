@@ -36,6 +36,8 @@ class FrontierPatches {
   void replace(const VoxelIndex& block, const BlockBits& bits, Replaced& replaced);
 
   bool contains(const VoxelIndex& v) const;
+  /// The cluster of the patch that holds the voxel; 0 = none.
+  std::uint32_t cluster_at(const VoxelIndex& v) const;
   std::size_t voxel_count() const { return voxel_count_; }
   FrontierPatch& operator[](std::uint32_t patch) { return patches_[patch]; }
   const FrontierPatch& operator[](std::uint32_t patch) const { return patches_[patch]; }
@@ -54,6 +56,9 @@ class FrontierPatches {
             static_cast<std::size_t>(block.y)) *
                static_cast<std::size_t>(blocks_[0]) +
            static_cast<std::size_t>(block.x);
+  }
+  const Block& block_of(const VoxelIndex& v) const {
+    return store_[table_[entry_of({v.x >> 3, v.y >> 3, v.z >> 3})]];
   }
   std::uint32_t add(const VoxelIndex& block, const BlockBits& bits);
 

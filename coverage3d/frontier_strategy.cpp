@@ -23,12 +23,14 @@ constexpr double kUseful = 0.25;        // a goal is dropped when less of its ce
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
+constexpr double kSlabWorth = 3.0;      // where a rule, not a volume, is to be met: the same for each
 constexpr double kCommitment_s = 4.0;   // another goal must be this much better than the one under way
 constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from another stop needs no stop of its own
 constexpr double kMuch_m2 = 0.6;        // in sight of a cluster: such stops come first ...
-constexpr double kSome_m2 = 0.3;        // ... then those of this much, of less, and of shallow pockets ...
-constexpr int kShallow = 3;
-constexpr double kTakenAlong_s = 0.7;   // ... unless they are this near
+constexpr double kSome_m2 = 0.3;        // ... then those of this much, then those of less and of shallow pockets ...
+constexpr int kRest = 2;
+constexpr double kTakenAlong_s = 0.7;   // ... unless they are this near, ...
+constexpr double kTakenAlongInSlab_s = 2.5;  // ... or this near where every last one counts
 constexpr double kStorey_m = 1.8;       // a climb of more than this ...
 constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
@@ -53,6 +55,12 @@ double turn_time_s(const MotionLimits& limits, double turn_rad) {
   return angle_rad / limits.yaw_rate_radps + limits.yaw_rate_radps / limits.yaw_acceleration_radps2;
 }
 
+/// At full speed over `way_m` metres that lead by `offset_m` altogether.
+double cruise_s(const MotionLimits& limits, double way_m, const Eigen::Vector3d& offset_m) {
+  const double stretch = offset_m.norm() > 1e-6 ? limits.stretch(offset_m) : 1.0;
+  return way_m / (stretch * limits.speed_mps);
+}
+
 }  // namespace
 
 bool FrontierStrategy::belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m) {
@@ -63,7 +71,9 @@ FrontierStrategy::FrontierStrategy(const CoverageConfig& config, bool views_at_l
     : config_(config),
       views_at_layers_(views_at_layers),
       book_(viewpoint_config(config)),
-      blacklist_(config.blacklist_radius_m, config.blacklist_time_s) {}
+      blacklist_(config.blacklist_radius_m, config.blacklist_time_s) {
+  if (config.finish) finish_.emplace(config.robot.radius_m);
+}
 
 const LayerFinder& FrontierStrategy::layer_finder() const { return *layers_; }
 
@@ -83,6 +93,7 @@ void FrontierStrategy::set_up(const planning3d::FreeSpace& space) {
   if (finder_) return;
   FrontierConfig frontiers;
   frontiers.box = config_.box;
+  if (config_.finish) frontiers = slab_frontiers(config_.box, config_.finish->lo_m, config_.finish->hi_m);
   finder_.emplace(space.grid(), frontiers);
   LayerConfig layers;
   layers.box = config_.box.intersection(space.flight_box());
@@ -94,6 +105,7 @@ void FrontierStrategy::refresh(const planning3d::FreeSpace& space, const Assignm
   if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
   set_up(space);
   finder_->update(space.map());
+  if (finish_) finish_->update(space.map(), *finder_);
   if (!views_at_layers_ || !config_.layers_m.empty()) return;
   if (layers_->update(space.map(), finder_->changed_blocks())) book_.forget();
 }
@@ -102,6 +114,7 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
   Crew crew;
   for (std::size_t i = 0; i < request.uavs.size(); ++i) {
     const UavView& uav = request.uavs[i];
+    if (!uav.placed) continue;
     crew.uavs.push_back(i);
     crew.target_m.push_back(uav.wants_goal && uav.goal ? std::optional(uav.goal->target_m) : std::nullopt);
     if (uav.wants_goal || !uav.goal) {
@@ -115,7 +128,7 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
     crew.start_m.push_back(uav.goal->position_m);
     crew.velocity_mps.emplace_back(Eigen::Vector3d::Zero());
     crew.yaw_rad.push_back(uav.goal->yaw_rad);
-    crew.ready_s.push_back(way_m / config_.limits.speed_mps);
+    crew.ready_s.push_back(cruise_s(config_.limits, way_m, uav.goal->position_m - uav.position_m));
   }
   return crew;
 }
@@ -152,10 +165,11 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, 
   closed = 0;
   for (const auto& [id, target] : book_.targets()) {
     const FrontierCluster& cluster = finder_->clusters().at(id);
+    if (finish_ && !finish_->counts(id)) continue;
     // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
     const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
     const auto rewarding = [&](const Viewpoint& view) {
-      return std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
+      return finish_ || std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
     };
     if (!target.views.empty() && std::none_of(target.views.begin(), target.views.end(), rewarding)) continue;
     Stop stop{&cluster, {}, 0};
@@ -176,11 +190,13 @@ double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, cons
   const MotionLimits& limits = config_.limits;
   const Eigen::Vector3d offset_m = to.position_m - from_m;
   const double straight_m = offset_m.norm();
-  double move_s = way_m / limits.speed_mps;
+  double move_s = cruise_s(limits, way_m, offset_m);
   if (straight_m > 1e-6) {  // changing to full speed in the new direction
-    const Eigen::Vector3d wanted_mps = offset_m * (limits.speed_mps / straight_m);
+    const double stretch = limits.stretch(offset_m);
+    const double fastest_mps = stretch * limits.speed_mps;
+    const Eigen::Vector3d wanted_mps = offset_m * (fastest_mps / straight_m);
     // Half the change's duration for setting off, four times that for turning back: braking and the way back count.
-    move_s += 0.5 * (wanted_mps - velocity_mps).squaredNorm() / (limits.acceleration_mps2 * limits.speed_mps);
+    move_s += 0.5 * (wanted_mps - velocity_mps).squaredNorm() / (stretch * limits.acceleration_mps2 * fastest_mps);
   }
   if (std::abs(offset_m.z()) > kStorey_m && way_m > kStoreyDetour * straight_m) move_s += kStoreyChange_s;
   const double turn_s = config_.sensor.panoramic() ? 0.0 : turn_time_s(limits, wrap_angle(to.yaw_rad - yaw_rad));
@@ -228,18 +244,18 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& crew,
                                                                    const std::vector<Stop>& stops) const {
   const auto rank = [&](const Stop& stop) {
-    if (!finder_->deep(*stop.cluster)) return kShallow;
-    const double seen_m2 = stop.cluster->area_m2 * stop.pose().seen_fraction;
-    return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : 2;
+    const double seen_m2 = finder_->deep(*stop.cluster) ? stop.cluster->area_m2 * stop.pose().seen_fraction : 0.0;
+    return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : kRest;
   };
-  int least = kShallow;
+  const double near_s = finish_ ? kTakenAlongInSlab_s : kTakenAlong_s;
+  int least = kRest;
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
   std::vector<Stop> first;
   for (const Stop& stop : stops) {
     double soonest_s = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < crew.uavs.size(); ++k)
       soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
-    if (rank(stop) == least || soonest_s < kTakenAlong_s) first.push_back(stop);
+    if (rank(stop) == least || soonest_s < near_s) first.push_back(stop);
   }
   return first;
 }
@@ -305,7 +321,8 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
       problem.start_s.back().push_back(start_s(crew, k, stop.pose()) - (under_way ? kCommitment_s : 0.0));
     }
   }
-  for (const Stop& stop : stops) problem.worth.push_back(std::min(stop.pose().gain_m3, kMostWorth_m3));
+  for (const Stop& stop : stops)
+    problem.worth.push_back(finish_ ? kSlabWorth : std::min(stop.pose().gain_m3, kMostWorth_m3));
   travel_.begin(space, motion_rule(), kNewFields);
   problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
   for (std::size_t i = 0; i < stops.size(); ++i)
@@ -397,6 +414,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   assignment.open_targets = stops.size();
   assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
   assignment.open_targets += pending;
+  stops = left_by_others(space, request, std::move(stops));
   choose_poses(crew, stops);
   prepare(request, stops);
   share_out(space, request, crew, stops, assignment);

@@ -3,6 +3,7 @@
 #include "coverage3d/blacklist.hpp"
 #include "coverage3d/frontier_finder.hpp"
 #include "coverage3d/layer_finder.hpp"
+#include "coverage3d/slab_finish.hpp"
 #include "coverage3d/strategy.hpp"
 #include "coverage3d/target_book.hpp"
 #include "coverage3d/travel_book.hpp"
@@ -22,6 +23,9 @@ class FrontierStrategy : public CoverageStrategy {
   explicit FrontierStrategy(const CoverageConfig& config) : FrontierStrategy(config, config.slice) {}
 
   std::string_view name() const override { return "frontiers"; }
+  std::unique_ptr<CoverageStrategy> clone() const override {
+    return copy_to(std::make_unique<FrontierStrategy>(config_));
+  }
   planning3d::MotionRule motion_rule() const override;
   Assignment assign(const planning3d::FreeSpace& space, const AssignmentRequest& request) override;
   bool still_useful(const planning3d::FreeSpace& space, const Goal& goal) override;
@@ -67,6 +71,8 @@ class FrontierStrategy : public CoverageStrategy {
   /// The stop's view that serves the vehicle best, remembered as given.
   Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
                 const Stop* next, double time_s);
+  /// What is known about the map; what is computed anew in every assignment stays behind.
+  std::unique_ptr<CoverageStrategy> copy_to(std::unique_ptr<FrontierStrategy> copy) const;
 
   const CoverageConfig& config() const { return config_; }
   const LayerFinder& layer_finder() const;
@@ -97,12 +103,15 @@ class FrontierStrategy : public CoverageStrategy {
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
+  std::vector<Stop> left_by_others(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+                                   std::vector<Stop> stops) const;
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
 
   CoverageConfig config_;
   bool views_at_layers_;
   std::optional<FrontierFinder> finder_;
   std::optional<LayerFinder> layers_;
+  std::optional<SlabFinish> finish_;
   TargetBook book_;
   TravelBook travel_;
   Blacklist blacklist_;

@@ -56,6 +56,31 @@ struct Surroundings {
   }
 };
 
+bool planar_frontier(const mapping::OccupancyMap& map, const VoxelIndex& v) {
+  if (map.at(v) != Occupancy::kFree || map.ever_hit(v)) return false;
+  for (int y = -1; y <= 1; ++y)
+    for (int x = -1; x <= 1; ++x) {
+      const VoxelIndex beside = v + VoxelIndex{x, y, 0};
+      if (map.grid().contains(beside) && map.at(beside) == Occupancy::kUnknown) return true;
+    }
+  return false;
+}
+
+bool holds(const mapping::VoxelBox& box, const VoxelIndex& v) {
+  return v.x >= box.lo.x && v.y >= box.lo.y && v.z >= box.lo.z && v.x <= box.hi.x && v.y <= box.hi.y && v.z <= box.hi.z;
+}
+
+BlockBits planar_frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box,
+                               const VoxelIndex& origin) {
+  BlockBits bits{};
+  for (int z = 0; z < kBlock; ++z)
+    for (int i = 0; i < kBlock * kBlock; ++i) {
+      const VoxelIndex v = origin + VoxelIndex{i % kBlock, i / kBlock, z};
+      if (holds(box, v) && planar_frontier(map, v)) bits[static_cast<std::size_t>(z)] |= std::uint64_t{1} << i;
+    }
+  return bits;
+}
+
 constexpr std::uint64_t kFirstColumn = 0x0101010101010101ULL;
 
 /// The set and all its neighbours in the block.
@@ -115,14 +140,17 @@ std::vector<std::string> FrontierConfig::problems() const {
 
 bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                  const VoxelIndex& v) {
-  if (map.at(v) != Occupancy::kFree) return false;
+  if (map.at(v) != Occupancy::kFree || !holds(box, v)) return false;
+  if (config.planar) return planar_frontier(map, v);
   const Surroundings around(map, box, v, 1);
   return (around.beside_unknown(1, 1) & 2U) != 0 && around.enough_around(1, 1, 1, config);
 }
 
 BlockBits frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                         const VoxelIndex& block) {
-  const Surroundings around(map, box, {kBlock * block.x, kBlock * block.y, kBlock * block.z}, kBlock);
+  const VoxelIndex origin{kBlock * block.x, kBlock * block.y, kBlock * block.z};
+  if (config.planar) return planar_frontier_bits(map, box, origin);
+  const Surroundings around(map, box, origin, kBlock);
   BlockBits bits{};
   for (std::size_t z = 1; z <= kBlock; ++z) {
     for (std::size_t y = 1; y <= kBlock; ++y) {

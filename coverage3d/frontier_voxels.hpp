@@ -20,7 +20,10 @@ struct FrontierConfig {
   double split_size_m = 2.0;       ///< clusters are cut until no longer than this along their main axis
   double min_area_m2 = 0.08;       ///< smaller clusters are not worth a visit
   int min_cells = 5;               ///< and so are those of fewer voxels, on coarse maps
-  double deep_m3 = 2.0;            ///< larger pockets behind a cluster are not measured to their end
+  /// Instead of the neighbours above: a free voxel with an unknown one among its eight neighbours at the same height
+  /// (C2-Explorer's frontiers), walls not seen from near included.
+  bool planar = false;
+  double deep_m3 = 2.0;  ///< larger pockets behind a cluster are not measured to their end
 
   std::vector<std::string> problems() const;
 };

@@ -2,6 +2,7 @@
 
 #include "coverage3d/frontier_strategy.hpp"
 
+#include <memory>
 #include <vector>
 
 namespace stairwell::coverage3d {
@@ -13,6 +14,9 @@ class LayerStrategy final : public FrontierStrategy {
   explicit LayerStrategy(const CoverageConfig& config) : FrontierStrategy(config, true) {}
 
   std::string_view name() const override { return "layers"; }
+  std::unique_ptr<CoverageStrategy> clone() const override {
+    return copy_to(std::make_unique<LayerStrategy>(config()));
+  }
 
  protected:
   void prepare(const AssignmentRequest& request, const std::vector<Stop>& stops) override;

@@ -12,6 +12,8 @@ class PickStrategy : public FrontierStrategy {
  public:
   using FrontierStrategy::FrontierStrategy;
 
+  std::unique_ptr<CoverageStrategy> clone() const override { return nullptr; }
+
  protected:
   /// Who chooses, and when.
   struct Choice {

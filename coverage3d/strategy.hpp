@@ -31,12 +31,15 @@ struct UavView {
   double yaw_rad = 0.0;
   bool wants_goal = false;   ///< false: keeps what it has; still counts when work is shared out
   std::optional<Goal> goal;  ///< present goal
+  bool placed = true;        ///< false: where it is this map knows nothing; only its goal counts
 };
 
 /// What a strategy is asked.
 struct AssignmentRequest {
   double time_s = 0.0;
   std::vector<UavView> uavs;
+  /// Where UAVs whose scans are not in this map have been since: what they have probably seen comes last.
+  std::vector<Eigen::Vector3d> passed_m;
 };
 
 /// What a strategy decided.
@@ -51,6 +54,9 @@ class CoverageStrategy {
  public:
   virtual ~CoverageStrategy() = default;
   virtual std::string_view name() const = 0;
+  /// The same strategy with all it knows, for a copy of the map with the same revisions. Null: a new one that loads the
+  /// saved state does as well.
+  virtual std::unique_ptr<CoverageStrategy> clone() const { return nullptr; }
   /// How UAVs may move under this strategy at present (slice mode: the layers found so far).
   virtual planning3d::MotionRule motion_rule() const = 0;
   virtual Assignment assign(const planning3d::FreeSpace& space, const AssignmentRequest& request) = 0;
@@ -65,6 +71,12 @@ class CoverageStrategy {
   virtual void load_state(const std::string& state) = 0;
 };
 
+/// Explored is what leaves no frontier between two heights (see SlabFinish) instead of all that can be seen.
+struct FinishSlab {
+  double lo_m = 1.0;
+  double hi_m = 1.5;
+};
+
 /// What a strategy has to know about the UAVs and their task.
 struct CoverageConfig {
   SensorModel sensor;
@@ -76,6 +88,7 @@ struct CoverageConfig {
   double min_gain_m3 = 0.1;             ///< views that show less unknown volume are not worth a flight
   double blacklist_radius_m = 0.6;      ///< SPEC B4
   double blacklist_time_s = 120.0;      ///< expiry
+  std::optional<FinishSlab> finish;
   std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
   double hybrid_switch = 0.7;           ///< ... when this share of the box is known
   std::uint64_t seed = 1;

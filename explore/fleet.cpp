@@ -12,44 +12,15 @@ namespace stairwell::explore {
 
 namespace {
 
-// The map reaches a little beyond the task box, so that surfaces lying on the box's faces are mapped as well.
-constexpr double kMapMargin_m = 0.3;
-
-GridSpec map_grid(const FleetConfig& config) {
+/// @throws InputError listing every problem
+const FleetConfig& usable(const FleetConfig& config) {
   const auto problems = config.problems();
   if (!problems.empty()) {
     std::string text = "the fleet cannot start: " + problems.front();
     for (std::size_t i = 1; i < problems.size(); ++i) text += "; " + problems[i];
     throw InputError(text);
   }
-  return {config.task_box.inflated(kMapMargin_m), config.resolution_m};
-}
-
-double field_truncation_m(const FleetConfig& config) {
-  return std::max(1.0, config.robot.clearance_m() + 4.0 * config.resolution_m);
-}
-
-coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
-  coverage3d::CoverageConfig coverage;
-  coverage.sensor = config.sensor;
-  coverage.limits = config.limits;
-  coverage.robot = config.robot;
-  coverage.box = config.task_box;
-  coverage.layers_m = config.layers_m;
-  coverage.slice = config.mode == Mode::kSlice;
-  coverage.blacklist_radius_m = config.blacklist_radius_m;
-  coverage.blacklist_time_s = config.blacklist_time_s;
-  coverage.hybrid_first = config.hybrid_first;
-  coverage.hybrid_switch = config.hybrid_switch;
-  coverage.seed = config.seed;
-  return coverage;
-}
-
-std::unique_ptr<coverage3d::CoverageStrategy> make_coverage(const FleetConfig& config) {
-  auto strategy = config.own_coverage ? config.own_coverage(coverage_config(config))
-                                      : coverage3d::make_strategy(config.coverage, coverage_config(config));
-  if (strategy == nullptr) throw InputError("own_coverage made no strategy");
-  return strategy;
+  return config;
 }
 
 }  // namespace
@@ -66,6 +37,10 @@ const char* to_string(StopReason reason) {
       return "time limit";
     case StopReason::kInterrupted:
       return "interrupted";
+    case StopReason::kBattery:
+      return "battery limit";
+    case StopReason::kAllLost:
+      return "all UAVs lost";
   }
   return "unknown";
 }
@@ -86,25 +61,25 @@ const char* to_string(Phase phase) {
       return "land";
     case Phase::kDone:
       return "done";
+    case Phase::kReturn:
+      return "return";
   }
   return "unknown";
 }
 
 Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, ExplorationLog& exploration_log,
-                  std::function<double()> clock)
-    : config(fleet_config),
+                  std::function<double()> clock, const Radio* link)
+    : config(usable(fleet_config)),
       log(exploration_log),
       clock_s(std::move(clock)),
-      map(map_grid(fleet_config), fleet_config.occupancy),
-      blocked(map.grid(), field_truncation_m(fleet_config), mapping::Obstacles::kBlocked),
-      blocked_words(map.grid(), mapping::Obstacles::kBlocked),
+      radio(link),
       integrator(mapping::ScanIntegrator::Config{fleet_config.discretize}),
       pipeline(fleet_config.cloud),
-      strategy(make_coverage(fleet_config)),
       pilot(fleet_config),
       avoider(fleet_config, 1.0 / fleet_config.sensor.rate_hz),
       tick_s(1.0 / fleet_config.sensor.rate_hz) {
   if (doors.empty()) throw InputError("a fleet needs at least one UAV");
+  beliefs.push_back(std::make_unique<Belief>(config, next_belief_id++));
   for (std::size_t i = 0; i < doors.size(); ++i) {
     Uav uav;
     uav.id = i;
@@ -112,6 +87,10 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
     uav.vehicle = doors[i].vehicle;
     uav.latency_s = config.plan_latency_s;
     uav.took_off = uav.vehicle->landed();
+    uav.home_m = uav.vehicle->state().position_m;
+    if (uav.took_off) uav.home_m.z() = lift_to_m(uav);
+    uav.belief = beliefs.front().get();
+    uav.belief->members.push_back(i);
     uavs.push_back(std::move(uav));
     assume_start_free(uavs.back());
   }
@@ -122,7 +101,7 @@ void Fleet::Impl::assume_start_free(const Uav& uav) {
   const double top_m = start_m.z() + (uav.took_off ? config.takeoff_height_m : 0.0);
   for (double z_m = start_m.z(); z_m < top_m + config.start_bubble_m; z_m += config.start_bubble_m) {
     assumed.push_back({{start_m.x(), start_m.y(), std::min(z_m, top_m)}, config.start_bubble_m});
-    map.assume_free(assumed.back().center_m, assumed.back().radius_m);
+    beliefs.front()->map.assume_free(assumed.back().center_m, assumed.back().radius_m);
   }
 }
 
@@ -130,6 +109,8 @@ bool Fleet::Impl::step() {
   if (reason != StopReason::kRunning) return false;
   ++ticks;
   for (Uav& uav : uavs) uav.vehicle->advance(now_s());
+  lose_uavs();
+  regroup();
   sense();
   decide();
   if (reason == StopReason::kRunning && now_s() >= config.time_limit_s) reason = StopReason::kTimeLimit;
@@ -137,9 +118,10 @@ bool Fleet::Impl::step() {
 }
 
 void Fleet::Impl::sense() {
-  for (Uav& uav : uavs) sense_one(uav);
-  blocked.update(map);
-  blocked_words.update(map);
+  for (Uav& uav : uavs) {
+    if (!uav.lost_s) sense_one(uav);
+  }
+  for (const auto& belief : beliefs) belief->update();
 }
 
 void Fleet::Impl::sense_one(Uav& uav) {
@@ -149,9 +131,9 @@ void Fleet::Impl::sense_one(Uav& uav) {
   for (const Uav* fellow : fellows_of(uav)) fellows_m.push_back(fellow->vehicle->state().position_m);
   const double before_s = clock_s();
   const Scan scan = pipeline.filter(raw, fellows_m);
-  integrator.integrate(scan, map);
+  integrator.integrate(scan, uav.belief->map);
   stats.integrate_ms.push_back((clock_s() - before_s) * 1e3);
-  log.on_scan(now_s(), uav.id, map);
+  log.on_scan(now_s(), uav.id, uav.belief->map);
 }
 
 std::vector<const Uav*> Fleet::Impl::fellows_of(const Uav& uav) const {
@@ -180,8 +162,8 @@ bool Fleet::Impl::command(Uav& uav, const Trajectory& trajectory) {
 }
 
 Fleet::Fleet(const FleetConfig& config, std::vector<UavDoors> uavs, ExplorationLog& log,
-             std::function<double()> clock_s)
-    : impl_(std::make_unique<Impl>(config, std::move(uavs), log, std::move(clock_s))) {}
+             std::function<double()> clock_s, const Radio* radio)
+    : impl_(std::make_unique<Impl>(config, std::move(uavs), log, std::move(clock_s), radio)) {}
 Fleet::~Fleet() = default;
 
 bool Fleet::step() { return impl_->step(); }
@@ -194,13 +176,19 @@ StopReason Fleet::stop_reason() const { return impl_->reason; }
 std::size_t Fleet::size() const { return impl_->uavs.size(); }
 MotionState Fleet::uav_state(std::size_t uav) const { return impl_->uavs.at(uav).vehicle->state(); }
 const char* Fleet::uav_phase(std::size_t uav) const { return to_string(impl_->uavs.at(uav).phase); }
-const mapping::OccupancyMap& Fleet::map() const { return impl_->map; }
+std::size_t Fleet::map_count() const { return impl_->beliefs.size(); }
+const mapping::OccupancyMap& Fleet::map(std::size_t i) const { return impl_->beliefs.at(i)->map; }
+std::uint64_t Fleet::map_id(std::size_t i) const { return impl_->beliefs.at(i)->id; }
+const mapping::OccupancyMap& Fleet::map_of(std::size_t uav) const { return impl_->uavs.at(uav).belief->map; }
+bool Fleet::shares_one_map() const { return impl_->radio == nullptr; }
 const FleetStats& Fleet::stats() const { return impl_->stats; }
+bool Fleet::exploring() const { return impl_->exploration_end_s < 0.0; }
 double Fleet::exploration_end_s() const {
   return impl_->exploration_end_s >= 0.0 ? impl_->exploration_end_s : impl_->now_s();
 }
 std::vector<double> Fleet::layers_m() const {
-  return impl_->config.mode == Mode::kSlice ? impl_->strategy->motion_rule().layers_m : std::vector<double>{};
+  return impl_->config.mode == Mode::kSlice ? impl_->beliefs.front()->strategy->motion_rule().layers_m
+                                            : std::vector<double>{};
 }
 
 }  // namespace stairwell::explore

@@ -6,6 +6,7 @@
 #include "mapping/occupancy_map.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -14,8 +15,9 @@
 
 namespace stairwell::explore {
 
-enum class StopReason { kRunning, kTargetReached, kNothingReachableLeft, kTimeLimit, kInterrupted };
-/// `running`, `target reached`, `nothing reachable left`, `time limit`, `interrupted`.
+enum class StopReason { kRunning, kTargetReached, kNothingReachableLeft, kTimeLimit, kInterrupted, kBattery, kAllLost };
+/// `running`, `target reached`, `nothing reachable left`, `time limit`, `interrupted`,
+/// `battery limit`, `all UAVs lost`.
 const char* to_string(StopReason reason);
 
 /// Doors of one UAV; owned by the caller, outlive the fleet.
@@ -33,16 +35,22 @@ struct FleetStats {
   std::size_t emergency_stops = 0;
   std::size_t open_targets = 0;  ///< left by the coverage strategy when last asked
   std::size_t unreachable_targets = 0;
+  std::size_t map_exchanges = 0;   ///< times that two groups with maps of their own came into touch
+  std::size_t out_of_battery = 0;  ///< UAVs that went back for that reason before all was explored
+  std::size_t lost = 0;
+  std::size_t voxels_told = 0;  ///< known voxels in the blocks exchanged then
 };
 
 /// The fleet's loop in simulated time: every tick all UAVs move, sense, map and decide (state machine of SPEC B3:
-/// take-off, radial scan, find goal, travel, land). One shared map. Repeatable for a seed when planning time is not
-/// charged.
+/// take-off, radial scan, find goal, travel, land). UAVs in touch with each other share a map; poses, tasks and
+/// commanded motions are known to all. Repeatable for a seed when planning time is not charged.
 class Fleet {
  public:
   /// @param clock_s monotonic seconds, to measure planning time; pass `[]{ return 0.0; }` for repeatable runs.
+  /// @param radio who can exchange maps at a moment; null: all, always. Outlives the fleet.
   /// @throws InputError when the configuration has problems.
-  Fleet(const FleetConfig& config, std::vector<UavDoors> uavs, ExplorationLog& log, std::function<double()> clock_s);
+  Fleet(const FleetConfig& config, std::vector<UavDoors> uavs, ExplorationLog& log, std::function<double()> clock_s,
+        const Radio* radio = nullptr);
   ~Fleet();
 
   /// One tick of 1/sensor rate seconds. @returns false when the run is over: see stop_reason().
@@ -53,22 +61,32 @@ class Fleet {
   double time_s() const;
   /// When the last UAV had finished exploring (landing comes after it); the present time before that.
   double exploration_end_s() const;
+  /// False once the UAVs only go home or land.
+  bool exploring() const;
   double tick_s() const;
   StopReason stop_reason() const;
   std::size_t size() const;
   MotionState uav_state(std::size_t uav) const;
   /// Short name of the state machine's state.
   const char* uav_phase(std::size_t uav) const;
-  const mapping::OccupancyMap& map() const;
+  /// One map per group of UAVs in touch: `map(0)` is everybody's where no radio limits the exchange. References hold
+  /// until the next step.
+  std::size_t map_count() const;
+  const mapping::OccupancyMap& map(std::size_t i = 0) const;
+  /// Of map(i): another one for every map that there ever was in the run, so that changes can be followed.
+  std::uint64_t map_id(std::size_t i) const;
+  const mapping::OccupancyMap& map_of(std::size_t uav) const;
+  /// No radio limits the exchange.
+  bool shares_one_map() const;
   const FleetStats& stats() const;
   /// Layers in use at present (slice mode), else empty.
   std::vector<double> layers_m() const;
 
-  /// Everything a resumed run needs except the map (save that as .ot) and the simulator's own state.
+  /// Everything a resumed run needs except the maps (save map(0), map(1), .. as .ot) and the simulator's own state.
   std::string save_state() const;
-  /// @param map what was saved beside the state. The vehicles resume their saved trajectories.
+  /// @param maps what was saved beside the state, in this order. The vehicles resume their saved trajectories.
   /// @throws InputError when the state is damaged or for another fleet size.
-  void load_state(const std::string& state, mapping::OccupancyMap map);
+  void load_state(const std::string& state, std::vector<mapping::OccupancyMap> maps);
 
  private:
   struct Impl;

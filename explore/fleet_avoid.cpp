@@ -18,8 +18,9 @@ void Fleet::Impl::avoid() {
   std::vector<SeenUav> all;
   for (const Uav& uav : uavs) all.push_back(Avoider::seen(uav));
   for (Uav& uav : uavs) {
-    const bool free_to_move = uav.phase == Phase::kTravel || uav.phase == Phase::kFindGoal;
-    if (!free_to_move) continue;
+    const bool free_to_move =
+        uav.phase == Phase::kTravel || uav.phase == Phase::kFindGoal || uav.phase == Phase::kReturn;
+    if (!free_to_move || uav.lost_s) continue;
     std::vector<SeenUav> fellows = all;
     fellows.erase(fellows.begin() + static_cast<std::ptrdiff_t>(uav.id));
     if (!uav.avoiding && avoider.must_avoid(uav, fellows, now_s())) begin_avoiding(uav);
@@ -34,9 +35,9 @@ void Fleet::Impl::begin_avoiding(Uav& uav) {
 }
 
 void Fleet::Impl::avoid_fellows(Uav& uav, const std::vector<SeenUav>& fellows) {
-  const bool travels = uav.phase == Phase::kTravel;
-  const auto wish = travels ? avoider.wish(space(), uav, fellows) : Wish{};
-  const auto flown = avoider.segment(space(), uav, wish.value_or(Wish{}).velocity_mps, fellows, now_s());
+  const bool travels = uav.phase == Phase::kTravel || uav.phase == Phase::kReturn;
+  const auto wish = travels ? avoider.wish(uav.belief->space(), uav, fellows) : Wish{};
+  const auto flown = avoider.segment(uav.belief->space(), uav, wish.value_or(Wish{}).velocity_mps, fellows, now_s());
   if (flown) {
     uav.on_segment = command(uav, *flown);
   } else if (!uav.on_segment) {
@@ -48,7 +49,7 @@ void Fleet::Impl::avoid_fellows(Uav& uav, const std::vector<SeenUav>& fellows) {
   if (!travels) {
     uav.avoiding = false;  // looks again on the next tick
   } else if (avoided_s > kGiveUp_s) {
-    if (uav.goal) strategy->report_failure(*uav.goal, now_s());
+    if (uav.goal) uav.belief->strategy->report_failure(*uav.goal, now_s());
     log.on_event(now_s(), uav.id, "goal_failed", "fellows_in_the_way");
     uav.goal.reset();
     stop_avoiding(uav);
@@ -62,7 +63,7 @@ void Fleet::Impl::avoid_fellows(Uav& uav, const std::vector<SeenUav>& fellows) {
 /// From here on by a new plan.
 void Fleet::Impl::stop_avoiding(Uav& uav) {
   uav.avoiding = false;
-  enter(uav, Phase::kFindGoal);
+  if (uav.phase != Phase::kReturn) enter(uav, Phase::kFindGoal);
 }
 
 }  // namespace stairwell::explore

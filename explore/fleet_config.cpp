@@ -34,6 +34,11 @@ std::vector<std::string> FleetConfig::problems() const {
   require_positive(found, blacklist_radius_m, "blacklist radius");
   require_positive(found, blacklist_time_s, "blacklist time");
   if (!(plan_latency_s >= 0.0)) found.emplace_back("plan latency must not be negative");
+  if (!(battery_s >= 0.0) || !std::isfinite(battery_s)) found.emplace_back("battery must not be negative");
+  if (!(lost_after_s >= 0.0)) found.emplace_back("time-out of lost UAVs must not be negative");
+  for (const Loss& loss : losses) {
+    if (!(loss.at_s >= 0.0)) found.emplace_back("a UAV is lost at a time that is not negative, as in 1@30");
+  }
   if (!(takeoff_height_m >= 0.0)) found.emplace_back("take-off height must not be negative");
   if (!(start_bubble_m >= robot.clearance_m())) {
     found.emplace_back("start bubble must be at least the robot's radius plus margin");
@@ -43,6 +48,10 @@ std::vector<std::string> FleetConfig::problems() const {
   }
   if (avoidance == Avoidance::kOrca && motion == MotionModel::kStep) {
     found.emplace_back("avoidance orca needs motion limited, not step");
+  }
+  if (finish_slab && !(finish_slab->lo_m < finish_slab->hi_m && finish_slab->lo_m < task_box.max_m.z() &&
+                       finish_slab->hi_m > task_box.min_m.z())) {
+    found.emplace_back("finish frontier:Z0..Z1 needs Z0 < Z1, and heights inside the box");
   }
   for (const double layer_m : layers_m) {
     if (!std::isfinite(layer_m) || layer_m < task_box.min_m.z() || layer_m > task_box.max_m.z()) {

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,15 @@ enum class MotionModel { kLimited, kStep };
 /// kPriority: plans keep away from the fellows' commanded motions, first come, first served. kOrca: plans leave fellows
 /// out; UAVs that come near avoid each other reciprocally, by positions and velocities alone.
 enum class Avoidance { kPriority, kOrca };
+
+/// What a UAV does when it has nothing left to explore, or its battery asks for it.
+enum class ReturnTo { kHome, kLand, kStay };
+
+/// A UAV that fails at a moment (tests of the fleet's behaviour): it stops, and is heard of no more.
+struct Loss {
+  std::size_t uav = 0;
+  double at_s = 0.0;
+};
 
 /// Everything a fleet needs to know to explore; nothing about the world itself.
 struct FleetConfig {
@@ -50,7 +60,12 @@ struct FleetConfig {
   double hybrid_switch = 0.7;           ///< ... from when this share of the box is known
   /// A strategy of one's own instead of `coverage`; called once.
   std::function<std::unique_ptr<coverage3d::CoverageStrategy>(const coverage3d::CoverageConfig&)> own_coverage;
-  std::vector<double> layers_m;  ///< slice mode; empty = automatic
+  std::vector<double> layers_m;                       ///< slice mode; empty = automatic
+  std::optional<coverage3d::FinishSlab> finish_slab;  ///< nullopt: explored is all that can be seen
+  ReturnTo return_to = ReturnTo::kLand;               ///< kLand: where it is; UAVs that started in the air stay there
+  double battery_s = 0.0;                             ///< flying time until it has to be back; 0 = unlimited
+  double lost_after_s = 5.0;                          ///< a UAV that is not heard of for so long gives its task back
+  std::vector<Loss> losses;
   double takeoff_height_m = 1.0;
   double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
   double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)

@@ -66,27 +66,36 @@ std::optional<Eigen::Vector3d> nearest_refuge(const planning3d::FreeSpace& space
 void Fleet::Impl::decide() {
   for (Uav& uav : uavs) guard(uav);
   if (config.avoidance == Avoidance::kOrca) avoid();
-  for (Uav& uav : uavs) advance_phase(uav);
-  winding_down = winding_down || !worth_going_on();
-  std::vector<std::size_t> wanting;
   for (Uav& uav : uavs) {
-    if (winding_down) uav.idle = true;
-    if (!winding_down && wants_goal(uav)) wanting.push_back(uav.id);
+    watch_battery(uav);
+    if (!uav.lost_s) advance_phase(uav);
   }
-  if (!wanting.empty()) assign_goals(wanting);
+  for (const auto& belief : beliefs) decide_together(*belief);
   finish_if_nothing_left();
+}
+
+/// The members of a group share out what their map holds.
+void Fleet::Impl::decide_together(Belief& belief) {
+  belief.winding_down = belief.winding_down || (!config.finish_slab && !worth_going_on(belief));
+  std::vector<std::size_t> wanting;
+  for (const std::size_t id : belief.members) {
+    if (belief.winding_down) uavs[id].idle = true;
+    if (!belief.winding_down && wants_goal(uavs[id])) wanting.push_back(id);
+  }
+  if (!wanting.empty()) assign_goals(belief, wanting);
 }
 
 /// The way ahead is checked on every tick: the map may have changed under a trajectory.
 void Fleet::Impl::guard(Uav& uav) {
-  if (uav.phase != Phase::kTravel || uav.at_rest(now_s())) return;
-  const auto report = pilot.still_safe(space(), uav, now_s());
+  const bool flies = uav.phase == Phase::kTravel || uav.phase == Phase::kReturn;
+  if (!flies || uav.lost_s || uav.at_rest(now_s())) return;
+  const auto report = pilot.still_safe(uav.belief->space(), uav, now_s());
   if (report.safe()) return;
   log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(report.verdict));
   ++stats.emergency_stops;
   command(uav, pilot.brake(uav, now_s()));
   uav.goal.reset();
-  enter(uav, Phase::kFindGoal);
+  if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
 }
 
 void Fleet::Impl::advance_phase(Uav& uav) {
@@ -100,6 +109,9 @@ void Fleet::Impl::advance_phase(Uav& uav) {
       break;
     case Phase::kTravel:
       if (uav.at_rest(now_s()) && !uav.avoiding) arrive(uav);
+      break;
+    case Phase::kReturn:
+      if (uav.at_rest(now_s()) && !uav.avoiding) fly_home(uav);
       break;
     case Phase::kLand:
       if (uav.at_rest(now_s())) enter(uav, Phase::kDone);
@@ -115,9 +127,7 @@ void Fleet::Impl::take_off(Uav& uav) {
     scan_around_or_find_goal(uav);
     return;
   }
-  const double to_z_m = std::min(uav.vehicle->state().position_m.z() + config.takeoff_height_m,
-                                 config.task_box.max_m.z() - config.robot.clearance_m());
-  const auto lift = pilot.vertical(space(), uav, to_z_m, now_s(), false);
+  const auto lift = pilot.vertical(uav.belief->space(), uav, uav.home_m.z(), now_s(), false);
   if (lift && command(uav, *lift)) enter(uav, Phase::kTakeoff);
 }
 
@@ -125,8 +135,8 @@ void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
   const MotionState state = uav.vehicle->state();
   if (config.radial_scan && (state.position_m - uav.scanned_at_m).norm() > kRescan_m) {
     uav.scanned_at_m = state.position_m;
-    const double turn_rad =
-        radial_scan_turn(map, state.position_m, state.yaw_rad, config.sensor, 0.5 * config.sensor.max_range_m);
+    const double turn_rad = radial_scan_turn(uav.belief->map, state.position_m, state.yaw_rad, config.sensor,
+                                             0.5 * config.sensor.max_range_m);
     if (std::abs(turn_rad) > 0.05 && command(uav, pilot.rotate(uav, turn_rad, now_s()))) {
       enter(uav, Phase::kRadialScan);
       return;
@@ -137,8 +147,8 @@ void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
 
 /// At the goal, with the scan from there in the map: what is still unseen cannot be seen from here.
 void Fleet::Impl::arrive(Uav& uav) {
-  if (uav.goal && strategy->still_useful(space(), *uav.goal)) {
-    strategy->report_failure(*uav.goal, now_s());
+  if (uav.goal && uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal)) {
+    uav.belief->strategy->report_failure(*uav.goal, now_s());
     log.on_event(now_s(), uav.id, "goal_failed", "nothing_new_seen");
   }
   uav.goal.reset();
@@ -146,7 +156,7 @@ void Fleet::Impl::arrive(Uav& uav) {
 }
 
 bool Fleet::Impl::wants_goal(const Uav& uav) {
-  if (now_s() < uav.next_decision_s) return false;
+  if (uav.lost_s || now_s() < uav.next_decision_s) return false;
   if (uav.phase == Phase::kFindGoal) return true;
   if (uav.phase != Phase::kTravel || !uav.goal) return false;
   const double left_s = uav.commanded().end_time_s() - now_s();
@@ -154,7 +164,7 @@ bool Fleet::Impl::wants_goal(const Uav& uav) {
   if (flown_s < kLeastFlight_s && left_s > kBraking_s) return false;
   const bool far_to_go = left_s > kNearlyThere_s;
   if (far_to_go && flown_s >= config.replan_period_s) return true;
-  return !strategy->still_useful(space(), *uav.goal);
+  return !uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal);
 }
 
 double Fleet::Impl::depart_time(const Uav& uav) const {
@@ -171,7 +181,7 @@ void Fleet::Impl::charge(Uav& uav, double computing_s) {
   uav.latency_s = std::clamp(kLatencyHeadroom * computing_s, config.plan_latency_s, kMaxLatency_s);
 }
 
-void Fleet::Impl::assign_goals(const std::vector<std::size_t>& wanting) {
+void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& wanting) {
   const double before_s = clock_s();
   AssignmentRequest request;
   request.time_s = now_s();
@@ -181,11 +191,13 @@ void Fleet::Impl::assign_goals(const std::vector<std::size_t>& wanting) {
     view.position_m = state.position_m;
     view.velocity_mps = state.velocity_mps;
     view.yaw_rad = state.yaw_rad;
-    view.goal = uav.goal;
+    if (!forgotten(uav)) view.goal = uav.goal;
     view.wants_goal = std::find(wanting.begin(), wanting.end(), uav.id) != wanting.end();
+    view.placed = !uav.retired() && (belief.has(uav.id) || belief.map.at(state.position_m) == Occupancy::kFree);
     request.uavs.push_back(view);
   }
-  const Assignment assignment = strategy->assign(space(), request);
+  request.passed_m = belief.passed_m();
+  const Assignment assignment = belief.strategy->assign(belief.space(), request);
   stats.open_targets = assignment.open_targets;
   stats.unreachable_targets = assignment.unreachable_targets;
   const double assign_s = clock_s() - before_s;
@@ -203,9 +215,21 @@ void Fleet::Impl::assign_goals(const std::vector<std::size_t>& wanting) {
 
 void Fleet::Impl::no_goal(Uav& uav) {
   uav.next_decision_s = now_s() + kRetry_s;
-  if (uav.phase == Phase::kTravel) return;  // flies its last goal to the end first
+  if (uav.phase == Phase::kTravel) {  // flies its last goal to the end first, unless motion counts as exploring
+    if (config.finish_slab) stop_short(uav);
+    return;
+  }
   uav.goal.reset();
   scan_around_or_find_goal(uav);
+}
+
+/// Nothing is left for it: it brakes where that ends its motion sooner than flying on.
+void Fleet::Impl::stop_short(Uav& uav) {
+  if (uav.avoiding) return;
+  const double depart_s = depart_time(uav);
+  const Trajectory stop = pilot.brake(uav, depart_s);
+  if (stop.end_time_s() >= uav.commanded().end_time_s() || !pilot.is_safe(uav.belief->space(), stop, depart_s)) return;
+  if (command(uav, stop)) uav.goal.reset();
 }
 
 void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
@@ -217,8 +241,8 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
   }
   const double depart_s = depart_time(uav);
   const double before_s = clock_s();
-  FlightResult flight =
-      pilot.fly_to(space(), uav, goal.position_m, goal.yaw_rad, strategy->motion_rule(), fellows_of(uav), depart_s);
+  FlightResult flight = pilot.fly_to(uav.belief->space(), uav, goal.position_m, goal.yaw_rad,
+                                     uav.belief->strategy->motion_rule(), fellows_of(uav), depart_s);
   const double computing_s = assign_s + (clock_s() - before_s);
   charge(uav, computing_s);
   const bool too_late = config.charge_planning && now_s() + computing_s > depart_s;
@@ -247,7 +271,7 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
     return;
   }
   uav.waits = 0;
-  strategy->report_failure(goal, now_s());
+  uav.belief->strategy->report_failure(goal, now_s());
   log.on_event(now_s(), uav.id, "goal_failed", "unreachable");
 }
 
@@ -255,18 +279,18 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
 void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vector3d>& wanted_path_m) {
   const double room_m = 1.5 * config.fellow_clearance_m;
   for (Uav& fellow : uavs) {
-    const bool resting = fellow.phase == Phase::kFindGoal && fellow.at_rest(now_s());
+    const bool resting = !fellow.lost_s && fellow.phase == Phase::kFindGoal && fellow.at_rest(now_s());
     if (fellow.id == blocked_uav.id || !resting || now_s() < fellow.next_decision_s - kRetry_s) continue;
     const Eigen::Vector3d at_m = fellow.vehicle->state().position_m;
     if (planning3d::distance_to_polyline(wanted_path_m, at_m) > room_m) continue;
     planning3d::TravelCosts costs;
-    costs.compute(space(), at_m, strategy->motion_rule(), 2.0 * kMakeWayReach_m);
-    const auto refuge = nearest_refuge(space(), costs, at_m, [&](const Eigen::Vector3d& p_m) {
+    costs.compute(fellow.belief->space(), at_m, fellow.belief->strategy->motion_rule(), 2.0 * kMakeWayReach_m);
+    const auto refuge = nearest_refuge(fellow.belief->space(), costs, at_m, [&](const Eigen::Vector3d& p_m) {
       return planning3d::distance_to_polyline(wanted_path_m, p_m) > room_m;
     });
     if (!refuge) continue;
-    FlightResult flight = pilot.fly_to(space(), fellow, *refuge, fellow.vehicle->state().yaw_rad,
-                                       strategy->motion_rule(), fellows_of(fellow), depart_time(fellow));
+    FlightResult flight = pilot.fly_to(fellow.belief->space(), fellow, *refuge, fellow.vehicle->state().yaw_rad,
+                                       fellow.belief->strategy->motion_rule(), fellows_of(fellow), depart_time(fellow));
     if (flight.outcome == FlightOutcome::kFlying && command(fellow, *flight.trajectory)) {
       log.on_event(now_s(), fellow.id, "makes_way", "idle");
       fellow.goal.reset();
@@ -279,29 +303,26 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
 
 /// The last visible crumbs cost more flight than all the rest: the fleet stops when only remainders are left to fly to
 /// and, over some time, hardly anything new was seen.
-bool Fleet::Impl::worth_going_on() {
-  const bool promising = std::any_of(uavs.begin(), uavs.end(), [this](const Uav& uav) {
+bool Fleet::Impl::worth_going_on(Belief& belief) {
+  const bool promising = std::ranges::any_of(belief.members, [this](std::size_t id) {
+    const Uav& uav = uavs[id];
     return (uav.goal && uav.goal->gain_m3 >= config.remainder_gain_m3) ||
            (uav.phase != Phase::kTravel && uav.phase != Phase::kFindGoal);
   });
-  const auto growth = static_cast<double>(map.known_voxels()) - static_cast<double>(yield_voxels);
-  if (promising || growth > config.min_growth * static_cast<double>(yield_voxels)) {
-    yield_since_s = now_s();
-    yield_voxels = map.known_voxels();
+  const auto growth = static_cast<double>(belief.map.known_voxels()) - static_cast<double>(belief.yield_voxels);
+  if (promising || growth > config.min_growth * static_cast<double>(belief.yield_voxels)) {
+    belief.yield_since_s = now_s();
+    belief.yield_voxels = belief.map.known_voxels();
   }
-  if (now_s() - yield_since_s < config.patience_s) return true;
-  log.on_event(now_s(), 0, "winding_down", "only_remainders_left");
+  if (now_s() - belief.yield_since_s < config.patience_s) return true;
+  log.on_event(now_s(), belief.members.front(), "winding_down", "only_remainders_left");
   return false;
 }
 
 void Fleet::Impl::finish_if_nothing_left() {
-  if (exploration_end_s >= 0.0) {
-    const bool down = std::all_of(uavs.begin(), uavs.end(), [](const Uav& u) { return u.phase == Phase::kDone; });
-    if (down) reason = StopReason::kNothingReachableLeft;
-    return;
-  }
-  const bool all_idle = std::all_of(uavs.begin(), uavs.end(), [this](const Uav& uav) {
-    return uav.phase == Phase::kFindGoal && uav.idle && uav.at_rest(now_s());
+  if (exploration_end_s >= 0.0) return end_run_when_down();
+  const bool all_idle = std::ranges::all_of(uavs, [this](const Uav& uav) {
+    return uav.retired() || (uav.phase == Phase::kFindGoal && uav.idle && uav.at_rest(now_s()));
   });
   if (!all_idle) {
     idle_since_s = -1.0;
@@ -310,24 +331,17 @@ void Fleet::Impl::finish_if_nothing_left() {
   if (idle_since_s < 0.0) idle_since_s = now_s();
   if (now_s() - idle_since_s < kSettled_s) return;
   exploration_end_s = idle_since_s;
-  land_all();
+  for (Uav& uav : uavs) {
+    if (!uav.retired()) retire(uav);
+  }
 }
 
-void Fleet::Impl::land_all() {
-  for (Uav& uav : uavs) {
-    uav.goal.reset();
-    const Eigen::Vector3d at_m = uav.vehicle->state().position_m;
-    const planning3d::FreeSpace free = space();
-    VoxelIndex v = free.grid().index_of(at_m);
-    double to_z_m = at_m.z();
-    while (uav.took_off && free.traversable(v - VoxelIndex{0, 0, 1})) {
-      v = v - VoxelIndex{0, 0, 1};
-      to_z_m = free.grid().center_of(v).z();
-    }
-    const auto descent = pilot.vertical(free, uav, to_z_m, now_s(), true);
-    const bool moving = uav.took_off && at_m.z() - to_z_m > 0.05 && descent && command(uav, *descent);
-    enter(uav, moving ? Phase::kLand : Phase::kDone);
-  }
+void Fleet::Impl::end_run_when_down() {
+  const auto down = [](const Uav& uav) { return uav.lost_s || uav.phase == Phase::kDone; };
+  if (!std::ranges::all_of(uavs, down)) return;
+  reason = StopReason::kNothingReachableLeft;
+  if (stats.out_of_battery > 0 && stats.open_targets > 0) reason = StopReason::kBattery;
+  if (stats.lost == uavs.size()) reason = StopReason::kAllLost;
 }
 
 }  // namespace stairwell::explore

@@ -2,16 +2,15 @@
 /// (fleet_state.cpp).
 #pragma once
 
-#include "coverage3d/strategy.hpp"
 #include "explore/avoider.hpp"
+#include "explore/belief.hpp"
 #include "explore/fleet.hpp"
 #include "explore/pilot.hpp"
 #include "explore/uav.hpp"
-#include "mapping/distance_field.hpp"
-#include "mapping/occupancy_words.hpp"
 #include "mapping/scan_integrator.hpp"
 #include "perception/cloud_pipeline.hpp"
-#include "planning3d/free_space.hpp"
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <functional>
 #include <memory>
@@ -27,35 +26,55 @@ struct AssumedFree {
 
 struct Fleet::Impl {
   Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, ExplorationLog& exploration_log,
-       std::function<double()> clock);
+       std::function<double()> clock, const Radio* link);
 
   // fleet.cpp: the tick
   bool step();
   void sense();
   void sense_one(Uav& uav);
   void assume_start_free(const Uav& uav);
-  planning3d::FreeSpace space() const { return {map, blocked, config.robot, config.task_box, &blocked_words}; }
   std::vector<const Uav*> fellows_of(const Uav& uav) const;
   void enter(Uav& uav, Phase phase);
   bool command(Uav& uav, const Trajectory& trajectory);
 
   // fleet_decide.cpp: the state machine
   void decide();
+  void decide_together(Belief& belief);
   void guard(Uav& uav);
   void advance_phase(Uav& uav);
   void take_off(Uav& uav);
   void scan_around_or_find_goal(Uav& uav);
   bool wants_goal(const Uav& uav);
   void arrive(Uav& uav);
-  void assign_goals(const std::vector<std::size_t>& wanting);
+  void assign_goals(Belief& belief, const std::vector<std::size_t>& wanting);
   void fly(Uav& uav, const coverage3d::Goal& goal, double assign_s);
   void no_goal(Uav& uav);
+  void stop_short(Uav& uav);
   void make_way(const Uav& blocked_uav, const std::vector<Eigen::Vector3d>& wanted_path_m);
   double depart_time(const Uav& uav) const;
   void charge(Uav& uav, double computing_s);
-  bool worth_going_on();
+  bool worth_going_on(Belief& belief);
   void finish_if_nothing_left();
-  void land_all();
+  void end_run_when_down();
+
+  // fleet_return.cpp: the way back
+  void lose_uavs();
+  bool forgotten(const Uav& uav) const;
+  double lift_to_m(const Uav& uav) const;
+  void watch_battery(Uav& uav);
+  double time_back_s(const Uav& uav) const;
+  void retire(Uav& uav);
+  void fly_home(Uav& uav);
+  void land(Uav& uav);
+
+  // fleet_state.cpp
+  void load(const nlohmann::json& state, std::vector<mapping::OccupancyMap> maps);
+
+  // fleet_radio.cpp: who shares a map
+  std::vector<std::vector<std::size_t>> groups_in_touch() const;
+  void regroup();
+  void split(Belief& belief, const std::vector<std::vector<std::size_t>>& groups);
+  void join(const std::vector<std::size_t>& group);
 
   // fleet_avoid.cpp: local avoidance
   void avoid();
@@ -66,13 +85,12 @@ struct Fleet::Impl {
   FleetConfig config;
   ExplorationLog& log;
   std::function<double()> clock_s;
+  const Radio* radio;  ///< null: all are in touch, always
   std::vector<Uav> uavs;
-  mapping::OccupancyMap map;
-  mapping::DistanceField blocked;
-  mapping::OccupancyWords blocked_words;
+  std::vector<std::unique_ptr<Belief>> beliefs;  ///< one per group in touch
+  std::uint64_t next_belief_id = 0;
   mapping::ScanIntegrator integrator;
   perception::CloudPipeline pipeline;
-  std::unique_ptr<coverage3d::CoverageStrategy> strategy;
   Pilot pilot;
   Avoider avoider;
   FleetStats stats;
@@ -81,9 +99,6 @@ struct Fleet::Impl {
   double tick_s = 0.1;
   double idle_since_s = -1.0;  ///< nobody has anything to do since then; negative = somebody has
   double exploration_end_s = -1.0;
-  double yield_since_s = 0.0;    ///< last time that exploring was clearly worth it
-  std::size_t yield_voxels = 0;  ///< known voxels then
-  bool winding_down = false;     ///< no more goals are given
   StopReason reason = StopReason::kRunning;
 
   double now_s() const { return static_cast<double>(ticks) * tick_s; }

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kStateVersion = 1;
+constexpr int kStateVersion = 2;
 constexpr std::size_t kNumbersPerState = 11;
 
 json to_json(const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); }
@@ -73,22 +73,28 @@ Goal goal_from(const json& j) {
 }
 
 json to_json(const Uav& uav) {
-  json j = {{"phase", static_cast<int>(uav.avoiding ? Phase::kFindGoal : uav.phase)},
+  json j = {{"phase", static_cast<int>(uav.avoiding && uav.phase == Phase::kTravel ? Phase::kFindGoal : uav.phase)},
             {"took_off", uav.took_off},
             {"goal_given_s", uav.goal_given_s},
             {"next_decision_s", uav.next_decision_s},
             {"latency_s", uav.latency_s},
             {"waits", uav.waits},
             {"idle", uav.idle},
+            {"out_of_battery", uav.out_of_battery},
+            {"failed_returns", uav.failed_returns},
+            {"home_m", to_json(uav.home_m)},
+            {"flying_since_s", uav.flying_since_s},
             {"trajectory", to_json(uav.commanded())}};
   if (uav.goal) j["goal"] = to_json(*uav.goal);
+  if (uav.lost_s) j["lost_s"] = *uav.lost_s;
   if (uav.scanned_at_m.allFinite()) j["scanned_at_m"] = to_json(uav.scanned_at_m);
   return j;
 }
 
 void restore(Uav& uav, const json& j) {
   const int phase = j.at("phase").get<int>();
-  if (phase < 0 || phase > static_cast<int>(Phase::kDone)) throw InputError("the saved fleet state is damaged: phase");
+  if (phase < 0 || phase > static_cast<int>(Phase::kReturn))
+    throw InputError("the saved fleet state is damaged: phase");
   uav.phase = static_cast<Phase>(phase);
   uav.took_off = j.at("took_off").get<bool>();
   uav.goal_given_s = j.at("goal_given_s").get<double>();
@@ -96,6 +102,11 @@ void restore(Uav& uav, const json& j) {
   uav.latency_s = j.at("latency_s").get<double>();
   uav.waits = j.at("waits").get<int>();
   uav.idle = j.at("idle").get<bool>();
+  uav.out_of_battery = j.at("out_of_battery").get<bool>();
+  uav.failed_returns = j.at("failed_returns").get<int>();
+  uav.home_m = vector_from(j.at("home_m"));
+  uav.flying_since_s = j.at("flying_since_s").get<double>();
+  if (j.contains("lost_s")) uav.lost_s = j.at("lost_s").get<double>();
   if (j.contains("goal")) uav.goal = goal_from(j.at("goal"));
   if (j.contains("scanned_at_m")) uav.scanned_at_m = vector_from(j.at("scanned_at_m"));
   uav.vehicle->resume(trajectory_from(j.at("trajectory")));
@@ -118,6 +129,67 @@ void mark_hits(mapping::OccupancyMap& map, const std::vector<std::size_t>& voxel
   }
 }
 
+json to_json(const FleetStats& stats) {
+  return {{"plan_ms", stats.plan_ms},
+          {"integrate_ms", stats.integrate_ms},
+          {"fallbacks", stats.fallbacks},
+          {"fallback_reasons", stats.fallback_reasons},
+          {"emergency_stops", stats.emergency_stops},
+          {"open_targets", stats.open_targets},
+          {"unreachable_targets", stats.unreachable_targets},
+          {"out_of_battery", stats.out_of_battery},
+          {"lost", stats.lost},
+          {"map_exchanges", stats.map_exchanges},
+          {"voxels_told", stats.voxels_told}};
+}
+
+FleetStats stats_from(const json& j) {
+  FleetStats stats;
+  stats.plan_ms = j.at("plan_ms").get<std::vector<double>>();
+  stats.integrate_ms = j.at("integrate_ms").get<std::vector<double>>();
+  stats.fallbacks = j.at("fallbacks").get<std::size_t>();
+  stats.fallback_reasons = j.at("fallback_reasons").get<std::map<std::string, std::size_t>>();
+  stats.emergency_stops = j.at("emergency_stops").get<std::size_t>();
+  stats.open_targets = j.at("open_targets").get<std::size_t>();
+  stats.unreachable_targets = j.at("unreachable_targets").get<std::size_t>();
+  stats.out_of_battery = j.at("out_of_battery").get<std::size_t>();
+  stats.lost = j.at("lost").get<std::size_t>();
+  stats.map_exchanges = j.at("map_exchanges").get<std::size_t>();
+  stats.voxels_told = j.at("voxels_told").get<std::size_t>();
+  return stats;
+}
+
+/// What others know of the map is not saved: they are told all of it again, which changes nothing.
+json to_json(const Belief& belief) {
+  json j = {{"members", belief.members},
+            {"strategy", belief.strategy->save_state()},
+            {"hit_but_free", hit_but_free(belief.map)},
+            {"yield_since_s", belief.yield_since_s},
+            {"yield_voxels", belief.yield_voxels},
+            {"winding_down", belief.winding_down},
+            {"passed", json::array()}};
+  for (const auto& [uav, track] : belief.passed) {
+    json places = json::array();
+    for (const Eigen::Vector3d& at_m : track) places.push_back(to_json(at_m));
+    j["passed"].push_back({{"uav", uav}, {"places", std::move(places)}});
+  }
+  return j;
+}
+
+void restore(Belief& belief, const json& j, mapping::OccupancyMap map) {
+  mark_hits(map, j.at("hit_but_free").get<std::vector<std::size_t>>());
+  belief.map = std::move(map);
+  belief.members = j.at("members").get<std::vector<std::size_t>>();
+  belief.strategy->load_state(j.at("strategy").get<std::string>());
+  belief.yield_since_s = j.at("yield_since_s").get<double>();
+  belief.yield_voxels = j.at("yield_voxels").get<std::size_t>();
+  belief.winding_down = j.at("winding_down").get<bool>();
+  for (const json& track : j.at("passed")) {
+    std::vector<Eigen::Vector3d>& places = belief.passed[track.at("uav").get<std::size_t>()];
+    for (const json& at_m : track.at("places")) places.push_back(vector_from(at_m));
+  }
+}
+
 }  // namespace
 
 std::string Fleet::save_state() const {
@@ -125,70 +197,55 @@ std::string Fleet::save_state() const {
             {"ticks", impl_->ticks},
             {"idle_since_s", impl_->idle_since_s},
             {"exploration_end_s", impl_->exploration_end_s},
-            {"yield_since_s", impl_->yield_since_s},
-            {"yield_voxels", impl_->yield_voxels},
-            {"winding_down", impl_->winding_down},
-            {"strategy", impl_->strategy->save_state()},
-            {"hit_but_free", hit_but_free(impl_->map)},
-            {"stats",
-             {{"plan_ms", impl_->stats.plan_ms},
-              {"integrate_ms", impl_->stats.integrate_ms},
-              {"fallbacks", impl_->stats.fallbacks},
-              {"fallback_reasons", impl_->stats.fallback_reasons},
-              {"emergency_stops", impl_->stats.emergency_stops},
-              {"open_targets", impl_->stats.open_targets},
-              {"unreachable_targets", impl_->stats.unreachable_targets}}}};
+            {"stats", to_json(impl_->stats)}};
   for (const Uav& uav : impl_->uavs) j["uavs"].push_back(to_json(uav));
+  for (const auto& belief : impl_->beliefs) j["beliefs"].push_back(to_json(*belief));
   for (const AssumedFree& a : impl_->assumed) j["assumed_free"].push_back({to_json(a.center_m), a.radius_m});
   return j.dump();
 }
 
-void Fleet::load_state(const std::string& state, mapping::OccupancyMap map) {
-  Impl& fleet = *impl_;
+void Fleet::load_state(const std::string& state, std::vector<mapping::OccupancyMap> maps) {
   try {
-    const json j = json::parse(state);
-    if (j.at("version").get<int>() != kStateVersion) throw InputError("the saved fleet state has another version");
-    if (j.at("uavs").size() != fleet.uavs.size()) {
-      throw InputError("the saved fleet state is for " + std::to_string(j.at("uavs").size()) + " UAVs, not " +
-                       std::to_string(fleet.uavs.size()));
-    }
-    if (map.grid() != fleet.map.grid()) throw InputError("the saved map has another box or resolution than the run");
-    fleet.ticks = j.at("ticks").get<std::size_t>();
-    fleet.idle_since_s = j.at("idle_since_s").get<double>();
-    fleet.exploration_end_s = j.at("exploration_end_s").get<double>();
-    fleet.yield_since_s = j.at("yield_since_s").get<double>();
-    fleet.yield_voxels = j.at("yield_voxels").get<std::size_t>();
-    fleet.winding_down = j.at("winding_down").get<bool>();
-    const json& stats = j.at("stats");
-    fleet.stats.plan_ms = stats.at("plan_ms").get<std::vector<double>>();
-    fleet.stats.integrate_ms = stats.at("integrate_ms").get<std::vector<double>>();
-    fleet.stats.fallbacks = stats.at("fallbacks").get<std::size_t>();
-    if (stats.contains("fallback_reasons")) {
-      fleet.stats.fallback_reasons = stats.at("fallback_reasons").get<std::map<std::string, std::size_t>>();
-    }
-    fleet.stats.emergency_stops = stats.at("emergency_stops").get<std::size_t>();
-    fleet.stats.open_targets = stats.at("open_targets").get<std::size_t>();
-    fleet.stats.unreachable_targets = stats.at("unreachable_targets").get<std::size_t>();
-    mark_hits(map, j.at("hit_but_free").get<std::vector<std::size_t>>());
-    fleet.map = std::move(map);
-    fleet.assumed.clear();
-    for (const json& a : j.at("assumed_free")) {
-      fleet.assumed.push_back({vector_from(a.at(0)), a.at(1).get<double>()});
-      fleet.map.assume_free(fleet.assumed.back().center_m, fleet.assumed.back().radius_m);
-    }
-    for (std::size_t i = 0; i < fleet.uavs.size(); ++i) {
-      restore(fleet.uavs[i], j.at("uavs").at(i));
-      fleet.uavs[i].vehicle->advance(fleet.now_s());
-    }
-    fleet.strategy->load_state(j.at("strategy").get<std::string>());
+    impl_->load(json::parse(state), std::move(maps));
   } catch (const json::exception& error) {
     throw InputError(std::string("the saved fleet state is damaged: ") + error.what());
   }
-  // Everything derived from the map is made again.
-  fleet.blocked = mapping::DistanceField(fleet.map.grid(), fleet.blocked.truncation_m(), mapping::Obstacles::kBlocked);
-  fleet.blocked.update(fleet.map);
-  fleet.blocked_words = mapping::OccupancyWords(fleet.map.grid(), mapping::Obstacles::kBlocked);
-  fleet.blocked_words.update(fleet.map);
+}
+
+void Fleet::Impl::load(const json& j, std::vector<mapping::OccupancyMap> maps) {
+  if (j.at("version").get<int>() != kStateVersion) throw InputError("the saved fleet state has another version");
+  if (j.at("uavs").size() != uavs.size()) {
+    throw InputError("the saved fleet state is for " + std::to_string(j.at("uavs").size()) + " UAVs, not " +
+                     std::to_string(uavs.size()));
+  }
+  if (j.at("beliefs").size() != maps.size()) {
+    throw InputError("the saved fleet state is for " + std::to_string(j.at("beliefs").size()) + " maps, not " +
+                     std::to_string(maps.size()));
+  }
+  ticks = j.at("ticks").get<std::size_t>();
+  idle_since_s = j.at("idle_since_s").get<double>();
+  exploration_end_s = j.at("exploration_end_s").get<double>();
+  stats = stats_from(j.at("stats"));
+  assumed.clear();
+  for (const json& a : j.at("assumed_free")) assumed.push_back({vector_from(a.at(0)), a.at(1).get<double>()});
+  for (std::size_t i = 0; i < uavs.size(); ++i) {
+    restore(uavs[i], j.at("uavs").at(i));
+    uavs[i].vehicle->advance(now_s());
+    uavs[i].belief = nullptr;
+  }
+  const GridSpec grid = beliefs.front()->map.grid();
+  beliefs.clear();
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (maps[i].grid() != grid) throw InputError("the saved map has another box or resolution than the run");
+    beliefs.push_back(std::make_unique<Belief>(config, next_belief_id++));
+    restore(*beliefs.back(), j.at("beliefs").at(i), std::move(maps[i]));
+    for (const AssumedFree& a : assumed) beliefs.back()->map.assume_free(a.center_m, a.radius_m);
+    beliefs.back()->update();
+    for (const std::size_t uav : beliefs.back()->members) uavs.at(uav).belief = beliefs.back().get();
+  }
+  for (const Uav& uav : uavs) {
+    if (uav.belief == nullptr) throw InputError("the saved fleet state is damaged: a UAV without a map");
+  }
 }
 
 }  // namespace stairwell::explore

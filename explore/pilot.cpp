@@ -203,6 +203,10 @@ Trajectory Pilot::brake(const Uav& uav, double depart_s) const {
   return builder_.brake(uav.commanded(), depart_s);
 }
 
+bool Pilot::is_safe(const FreeSpace& space, const Trajectory& motion, double from_s) const {
+  return check_.check_space(space, motion, from_s).safe();
+}
+
 planning3d::SafetyReport Pilot::still_safe(const FreeSpace& space, const Uav& uav, double time_s) const {
   return check_.check_space(space, uav.commanded(), time_s);
 }

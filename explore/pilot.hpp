@@ -42,6 +42,7 @@ class Pilot {
                                      bool checked) const;
   Trajectory rotate(const Uav& uav, double turn_rad, double depart_s) const;
   Trajectory brake(const Uav& uav, double depart_s) const;
+  bool is_safe(const planning3d::FreeSpace& space, const Trajectory& motion, double from_s) const;
   planning3d::SafetyReport still_safe(const planning3d::FreeSpace& space, const Uav& uav, double time_s) const;
 
  private:

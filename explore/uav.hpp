@@ -14,8 +14,8 @@
 
 namespace stairwell::explore {
 
-/// States of SPEC B3.
-enum class Phase { kGrounded, kTakeoff, kRadialScan, kFindGoal, kTravel, kLand, kDone };
+/// States of SPEC B3, and the way home.
+enum class Phase { kGrounded, kTakeoff, kRadialScan, kFindGoal, kTravel, kLand, kDone, kReturn };
 const char* to_string(Phase phase);
 
 /// What the fleet loop keeps about one UAV.
@@ -23,8 +23,16 @@ struct Uav {
   std::size_t id = 0;
   DepthSource* sensor = nullptr;
   Vehicle* vehicle = nullptr;
+  struct Belief* belief = nullptr;  ///< of the group that it is in; owned by the fleet
   Phase phase = Phase::kGrounded;
-  bool took_off = false;  ///< started from the ground, so it lands at the end
+  Eigen::Vector3d home_m = Eigen::Vector3d::Zero();  ///< in the air above its start
+  double flying_since_s = 0.0;
+  bool out_of_battery = false;   ///< goes back for that reason
+  double way_home_s = 0.0;       ///< when last computed, with the reserve
+  double way_home_due_s = 0.0;   ///< when it is to be computed again
+  int failed_returns = 0;        ///< plans in a row for the way home that failed
+  std::optional<double> lost_s;  ///< not heard of since then; stays where it is
+  bool took_off = false;         ///< started from the ground, so it lands at the end
   std::optional<coverage3d::Goal> goal;
   double goal_given_s = 0.0;
   double next_decision_s = 0.0;  ///< not before: computing (charged) or waiting after a failure
@@ -41,6 +49,8 @@ struct Uav {
   Eigen::Vector3d scanned_at_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 
   const Trajectory& commanded() const { return vehicle->commanded(); }
+  /// Has nothing to do with exploring any more.
+  bool retired() const { return lost_s || phase == Phase::kReturn || phase == Phase::kLand || phase == Phase::kDone; }
   bool at_rest(double time_s) const { return time_s >= commanded().end_time_s() - 1e-9; }
 };
 

@@ -40,6 +40,21 @@ struct Block {
   std::unique_ptr<BlockChanges> changes;  ///< only while changes are detected
 
   float log_odds(std::size_t cell) const { return values != nullptr ? (*values)[cell] : uniform; }
+  /// Without the changes detected, and not yet in any tree.
+  Block copy() const {
+    Block same;
+    if (values != nullptr) same.values = std::make_unique<Values>(*values);
+    same.uniform = uniform;
+    same.known = known;
+    same.assumed = assumed;
+    same.hit = hit;
+    same.revision = revision;
+    same.at = at;
+    same.newer = newer;
+    same.older = older;
+    same.listed = listed;
+    return same;
+  }
   /// To write to.
   Values& open() {
     if (values == nullptr) {

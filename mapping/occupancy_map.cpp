@@ -60,6 +60,22 @@ OccupancyMap::~OccupancyMap() = default;
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 
+OccupancyMap OccupancyMap::clone() const {
+  OccupancyMap copy(grid_, impl_->params);
+  Impl& to = *copy.impl_;
+  to.table = impl_->table;
+  to.newest = impl_->newest;
+  to.revision = impl_->revision;
+  to.known = impl_->known;
+  to.occupied = impl_->occupied;
+  to.seen = impl_->seen;
+  to.rebuild_tree = true;
+  to.blocks.reserve(impl_->blocks.size());
+  for (const std::unique_ptr<Block>& block : impl_->blocks) to.blocks.push_back(std::make_unique<Block>(block->copy()));
+  copy.seen_ = to.seen.data();
+  return copy;
+}
+
 const OccupancyParams& OccupancyMap::params() const { return impl_->params; }
 
 float OccupancyMap::log_odds(const VoxelIndex& v) const {

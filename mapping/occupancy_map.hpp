@@ -73,6 +73,8 @@ class OccupancyMap {
   ~OccupancyMap();
   OccupancyMap(OccupancyMap&&) noexcept;
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
+  /// The same map once more, revisions included; changes detected so far stay behind.
+  OccupancyMap clone() const;
 
   const GridSpec& grid() const { return grid_; }
   const OccupancyParams& params() const;

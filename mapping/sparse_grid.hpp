@@ -26,6 +26,19 @@ class SparseGrid {
     table_.assign(count, kNone);
   }
 
+  SparseGrid(const SparseGrid& other) : blocks_(other.blocks_), table_(other.table_), spare_(other.spare_) {
+    for (const auto& block : other.store_) store_.push_back(std::make_unique<Block>(*block));
+  }
+  SparseGrid(SparseGrid&&) noexcept = default;
+  SparseGrid& operator=(SparseGrid other) noexcept {
+    blocks_ = other.blocks_;
+    table_.swap(other.table_);
+    store_.swap(other.store_);
+    spare_.swap(other.spare_);
+    return *this;
+  }
+  ~SparseGrid() = default;
+
   /// @pre v lies in [0, size)
   T get(const VoxelIndex& v) const {
     const std::uint32_t block = table_[entry_of(v)];

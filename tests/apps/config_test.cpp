@@ -51,6 +51,41 @@ TEST_CASE("defaults follow mode and sensor") {
   CHECK(resolve(mid360).fleet.sensor.rays_elevation == 53);
 }
 
+TEST_CASE("rules of exploring are read, and refused with the mend") {
+  Settings settings{{"limits_norm", {"per-axis", "--limits"}}, {"finish", {"frontier:1.0..1.5", "--finish"}}};
+  const RunConfig config = resolve(settings);
+  CHECK(config.fleet.limits.norm == MotionLimits::Norm::kPerAxis);
+  REQUIRE(config.fleet.finish_slab);
+  CHECK(config.fleet.finish_slab->lo_m == 1.0);
+  CHECK(config.fleet.finish_slab->hi_m == 1.5);
+  for (const char* const text : {"frontier", "frontier:1", "slab:1..2", "frontier:a..2"}) {
+    Settings bad{{"finish", {text, "--finish"}}};
+    CHECK_THAT(message_of([&] { resolve(bad); }), Contains("--finish: "));
+  }
+  Settings fleet{{"uavs", {"2", ""}},
+                 {"radio_range_m", {"5", "--radio-range"}},
+                 {"return", {"home", "--return"}},
+                 {"battery_min", {"15", "--battery-min"}},
+                 {"lose", {"1@30,0@45.5", "--lose"}}};
+  const RunConfig limited = resolve(fleet);
+  CHECK(limited.radio_range_m == 5.0);
+  CHECK(limited.fleet.return_to == explore::ReturnTo::kHome);
+  CHECK(limited.fleet.battery_s == 900.0);
+  REQUIRE(limited.fleet.losses.size() == 2);
+  CHECK(limited.fleet.losses[1].uav == 0);
+  CHECK(limited.fleet.losses[1].at_s == 45.5);
+  CHECK_FALSE(config.radio_range_m);
+  CHECK(config.fleet.battery_s == 0.0);
+  Settings nobody{{"world", {"a.sdf", ""}}, {"lose", {"1@30", "--lose"}}};
+  CHECK_THAT(message_of([&] { require_usable(resolve(nobody)); }), Contains("--lose 1@.."));
+  for (const char* const text : {"0", "-1", "soon"}) {
+    Settings bad{{"battery_min", {text, "--battery-min"}}};
+    CHECK_THAT(message_of([&] { resolve(bad); }), Contains("--battery-min: "));
+  }
+  Settings reversed{{"world", {"a.sdf", ""}}, {"finish", {"frontier:2..1", "--finish"}}};
+  CHECK_THAT(message_of([&] { require_usable(resolve(reversed)); }), Contains("Z0 < Z1"));
+}
+
 TEST_CASE("later layers win: file, then --set, then options") {
   Settings settings = from_yaml("vmax_mps: 1.0\namax_mps2: 1.5\nseed: 3\n");
   add_assignment(settings, "amax_mps2=2.5");

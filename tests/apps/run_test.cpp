@@ -260,7 +260,7 @@ TEST_CASE("a damaged checkpoint is refused in one line") {
   testing::write_text(killed / "checkpoint" / "state.json", "{}");
   refused();
   testing::write_text(killed / "checkpoint" / "state.json", good);
-  const fs::path map = killed / "checkpoint" / nlohmann::json::parse(good).at("map").get<std::string>();
+  const fs::path map = killed / "checkpoint" / nlohmann::json::parse(good).at("maps").at(0).get<std::string>();
   const std::string bytes = read_text(map);
   testing::write_text(map, bytes.substr(0, bytes.size() / 2));
   refused();

@@ -60,3 +60,14 @@ TEST_CASE("an empty trajectory is refused and limits list their problems") {
   limits.yaw_rate_radps = std::nan("");
   CHECK(limits.problems().size() == 2);
 }
+
+TEST_CASE("limits per axis allow more where a motion shares its speed out to the axes") {
+  MotionLimits limits;
+  CHECK(limits.stretch({1.0, 2.0, -3.0}) == 1.0);
+  limits.norm = MotionLimits::Norm::kPerAxis;
+  CHECK(limits.stretch({0.0, -4.0, 0.0}) == 1.0);
+  CHECK(limits.stretch({2.0, -2.0, 0.0}) == Approx(std::sqrt(2.0)));
+  const Eigen::Vector3d direction(0.3, -0.5, 0.1);
+  const Eigen::Vector3d fastest_mps = limits.speed_mps * limits.stretch(direction) * direction.normalized();
+  CHECK(fastest_mps.cwiseAbs().maxCoeff() == Approx(limits.speed_mps));
+}

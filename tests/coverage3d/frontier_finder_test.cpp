@@ -63,6 +63,7 @@ TEST_CASE("frontiers kept up to date are those of a full search") {
     FrontierConfig config;
     config.box = {{0.25, -1.0, 0.2}, {4.4, 3.9, 9.0}};
     config.min_unknown_neighbours = world % 3 == 0 ? 0 : 3;
+    config.planar = world % 2 == 1;
     FrontierFinder finder(grid, config);
     for (int round = 0; round < 40; ++round) {
       for (int i = rng.uniform_int(0, 4); i > 0; --i) random_change(rng, map);

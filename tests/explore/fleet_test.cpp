@@ -19,6 +19,12 @@ using test::ToySimulation;
 
 namespace {
 
+std::vector<mapping::OccupancyMap> only(mapping::OccupancyMap map) {
+  std::vector<mapping::OccupancyMap> maps;
+  maps.push_back(std::move(map));
+  return maps;
+}
+
 double no_clock() { return 0.0; }
 
 /// Share of the voxels strictly inside the rooms that are known.
@@ -214,7 +220,7 @@ TEST_CASE("a fleet loaded from its saved state carries on to the end") {
   ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
   explore::ExplorationLog log;
   Fleet fleet(config, sim.doors(), log, no_clock);
-  fleet.load_state(state, mapping::map_from_octree(*mapping::load_octree(file), fleet.map().grid()));
+  fleet.load_state(state, only(mapping::map_from_octree(*mapping::load_octree(file), fleet.map().grid())));
   CHECK(fleet.time_s() == Approx(saved_at_s));
   CHECK(hits_of(fleet.map()) == hits);
   while (fleet.step()) {
@@ -226,7 +232,8 @@ TEST_CASE("a fleet loaded from its saved state carries on to the end") {
     ToySimulation other(test::two_rooms(), config, {{1.0, 1.0, 1.0}});
     Fleet fresh(config, other.doors(), log, no_clock);
     for (const std::size_t length : {std::size_t{0}, state.size() / 2, state.size() - 1}) {
-      CHECK_THROWS_AS(fresh.load_state(state.substr(0, length), mapping::OccupancyMap(fresh.map().grid())), InputError);
+      CHECK_THROWS_AS(fresh.load_state(state.substr(0, length), only(mapping::OccupancyMap(fresh.map().grid()))),
+                      InputError);
     }
   }
 }
