@@ -127,7 +127,7 @@ void FrontierFinder::store(std::vector<std::uint32_t> patches) {
     patch.cluster = cluster.id;
     cluster.bounds_m.extend(grid_.center_of(patch.bounds.lo) - half);
     cluster.bounds_m.extend(grid_.center_of(patch.bounds.hi) + half);
-    const VoxelIndex origin{8 * patch.block.x, 8 * patch.block.y, 8 * patch.block.z};
+    const VoxelIndex origin = origin_of(patch.block);
     for_each_voxel(patch.bits, [&](const VoxelIndex& place) { cluster.cells.push_back(origin + place); });
     cluster.center_m += patch.voxels * patch.center;
   }

@@ -55,10 +55,7 @@ class FrontierFinder {
   static constexpr std::uint32_t kLoose = 0;  ///< a patch in no cluster
   static constexpr double kDeep = 0.75;       ///< of FrontierConfig::deep_m3
 
-  bool inside(const VoxelIndex& v) const {
-    return v.x >= box_.lo.x && v.y >= box_.lo.y && v.z >= box_.lo.z && v.x <= box_.hi.x && v.y <= box_.hi.y &&
-           v.z <= box_.hi.z;
-  }
+  bool inside(const VoxelIndex& v) const { return holds(box_, v); }
   std::vector<VoxelIndex> blocks_to_examine() const;
   void dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose);
   std::vector<std::uint32_t> grow(std::uint32_t seed, std::vector<std::uint32_t>& loose);

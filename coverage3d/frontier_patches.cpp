@@ -68,7 +68,7 @@ std::uint32_t FrontierPatches::add(const VoxelIndex& block, const BlockBits& bit
   FrontierPatch patch;
   patch.block = block;
   patch.bits = bits;
-  const VoxelIndex origin{8 * block.x, 8 * block.y, 8 * block.z};
+  const VoxelIndex origin = origin_of(block);
   patch.bounds = {origin + VoxelIndex{8, 8, 8}, origin};
   for_each_voxel(bits, [&](const VoxelIndex& place) {
     const VoxelIndex v = origin + place;

@@ -212,6 +212,13 @@ double FrontierStrategy::start_s(const Crew& crew, std::size_t vehicle, const Vi
          reluctance_s(crew.uavs[vehicle], to);
 }
 
+double FrontierStrategy::soonest_s(const Crew& crew, const Viewpoint& to) const {
+  double time_s = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+    time_s = std::min(time_s, crew.ready_s[k] + start_s(crew, k, to));
+  return time_s;
+}
+
 double FrontierStrategy::between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to) {
   const double way_m = travel_.distance_m(space, from.position_m, to.position_m);
   return leg_s(way_m, from.position_m, Eigen::Vector3d::Zero(), from.yaw_rad, to);
@@ -228,10 +235,7 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
     double best_s = std::numeric_limits<double>::infinity();
     for (std::size_t i = stop.view; i < stop.views.size(); ++i) {
       const Viewpoint& view = *stop.views[i];
-      double soonest_s = std::numeric_limits<double>::infinity();
-      for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-        soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, view));
-      const double cost_s = soonest_s + price_s(stop, view);
+      const double cost_s = soonest_s(crew, view) + price_s(stop, view);
       if (cost_s >= best_s) continue;
       best_s = cost_s;
       stop.view = i;
@@ -252,10 +256,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
   std::vector<Stop> first;
   for (const Stop& stop : stops) {
-    double soonest_s = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stop.pose()));
-    if (rank(stop) == least || soonest_s < near_s) first.push_back(stop);
+    if (rank(stop) == least || soonest_s(crew, stop.pose()) < near_s) first.push_back(stop);
   }
   return first;
 }
@@ -293,10 +294,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const pla
                                                                        const std::vector<Stop>& stops) const {
   std::vector<std::pair<double, std::size_t>> order;  // large and near ones absorb the others
   for (std::size_t i = 0; i < stops.size(); ++i) {
-    double soonest_s = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-      soonest_s = std::min(soonest_s, crew.ready_s[k] + start_s(crew, k, stops[i].pose()));
-    order.emplace_back(soonest_s - 2.0 * std::min(stops[i].cluster->area_m2, 2.0), i);
+    order.emplace_back(soonest_s(crew, stops[i].pose()) - 2.0 * std::min(stops[i].cluster->area_m2, 2.0), i);
   }
   std::sort(order.begin(), order.end());
   std::vector<Stop> kept;

@@ -66,10 +66,6 @@ bool planar_frontier(const mapping::OccupancyMap& map, const VoxelIndex& v) {
   return false;
 }
 
-bool holds(const mapping::VoxelBox& box, const VoxelIndex& v) {
-  return v.x >= box.lo.x && v.y >= box.lo.y && v.z >= box.lo.z && v.x <= box.hi.x && v.y <= box.hi.y && v.z <= box.hi.z;
-}
-
 BlockBits planar_frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box,
                                const VoxelIndex& origin) {
   BlockBits bits{};
@@ -148,7 +144,7 @@ bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box,
 
 BlockBits frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                         const VoxelIndex& block) {
-  const VoxelIndex origin{kBlock * block.x, kBlock * block.y, kBlock * block.z};
+  const VoxelIndex origin = origin_of(block);
   if (config.planar) return planar_frontier_bits(map, box, origin);
   const Surroundings around(map, box, origin, kBlock);
   BlockBits bits{};

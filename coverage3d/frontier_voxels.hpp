@@ -40,6 +40,13 @@ using BlockBits = std::array<std::uint64_t, 8>;
 BlockBits frontier_bits(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                         const VoxelIndex& block);
 
+/// The lowest voxel of a block.
+inline VoxelIndex origin_of(const VoxelIndex& block) { return {8 * block.x, 8 * block.y, 8 * block.z}; }
+
+inline bool holds(const mapping::VoxelBox& box, const VoxelIndex& v) {
+  return v.x >= box.lo.x && v.y >= box.lo.y && v.z >= box.lo.z && v.x <= box.hi.x && v.y <= box.hi.y && v.z <= box.hi.z;
+}
+
 /// How many voxels the set has.
 int count(const BlockBits& bits);
 
