@@ -16,7 +16,8 @@ std::optional<double> from_json(const json& j) { return j.is_null() ? std::nullo
 
 }  // namespace
 
-FinishMeter::FinishMeter(const GridSpec& grid, const explore::FleetConfig& fleet) : slab_(fleet.robot.radius_m) {
+FinishMeter::FinishMeter(const GridSpec& grid, const explore::FleetConfig& fleet)
+    : slab_(fleet.finish_slab && fleet.finish_slab->past_walls) {
   if (!fleet.finish_slab) return;
   finder_.emplace(grid, coverage3d::slab_frontiers(fleet.task_box, fleet.finish_slab->lo_m, fleet.finish_slab->hi_m));
 }

@@ -9,14 +9,17 @@ namespace stairwell::apps {
 namespace {
 
 std::optional<coverage3d::FinishSlab> parse_finish(const std::string& text) {
-  const std::string word = "frontier:";
+  const bool past_walls = text.starts_with("all-");
+  const std::string word = past_walls ? "all-frontier:" : "frontier:";
   if (text == "coverage") return std::nullopt;
   const std::size_t dots = text.find("..");
   if (!text.starts_with(word) || dots == std::string::npos) {
-    throw InputError("'" + text + "' is not a finish: give coverage, or frontier:Z0..Z1 as in frontier:1..1.5");
+    throw InputError(
+        "'" + text +
+        "' is not a finish: give coverage, or frontier:Z0..Z1 as in frontier:1..1.5, or all-frontier:Z0..Z1");
   }
   return coverage3d::FinishSlab{parse_number(text.substr(word.size(), dots - word.size())),
-                                parse_number(text.substr(dots + 2))};
+                                parse_number(text.substr(dots + 2)), past_walls};
 }
 
 double battery_s(const std::string& text) {
@@ -53,7 +56,7 @@ const std::vector<Entry>& rule_entries() {
        [](RunConfig& c, const std::string& t) {
          c.radio_range_m = t == "unlimited" ? std::nullopt : std::optional(parse_number(t));
        }},
-      {{"finish", "--finish", "coverage|frontier:Z0..Z1",
+      {{"finish", "--finish", "coverage|[all-]frontier:Z0..Z1",
         "explored: all that can be seen, or no frontier at these heights (docs/exploration.md)"},
        "coverage",
        [](RunConfig& c, const std::string& t) { c.fleet.finish_slab = parse_finish(t); }},

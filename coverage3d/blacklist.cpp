@@ -34,7 +34,7 @@ bool Blacklist::blocks_place(const Eigen::Vector3d& position_m, double time_s) c
 }
 
 bool Blacklist::blocks_target(const FrontierCluster& cluster, double time_s) const {
-  const int allowed = cluster.area_m2 <= kSmall_m2 ? 1 : 2;
+  const int allowed = patience_ + (cluster.area_m2 <= kSmall_m2 ? 1 : 2);
   return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
     return time_s < entry.until_s && entry.failures >= allowed &&
            (entry.target_m - cluster.center_m).norm() <= radius_m_;

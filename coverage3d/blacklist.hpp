@@ -22,7 +22,9 @@ class Blacklist {
     double last_s = 0.0;
     int failures = 0;
   };
-  Blacklist(double radius_m, double time_s) : radius_m_(radius_m), time_s_(time_s) {}
+  /// @param patience  so many more failures than else before a target is left alone
+  Blacklist(double radius_m, double time_s, int patience = 0)
+      : radius_m_(radius_m), time_s_(time_s), patience_(patience) {}
 
   void report(const Eigen::Vector3d& position_m, const Eigen::Vector3d& target_m, double time_s);
   /// Whether a goal at this place is to be avoided.
@@ -38,6 +40,7 @@ class Blacklist {
  private:
   double radius_m_;
   double time_s_;
+  int patience_;
   std::vector<Entry> entries_;
 };
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 
 namespace stairwell::coverage3d {
@@ -18,20 +19,21 @@ constexpr std::size_t kStopsPerUav = 12;
 constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
-constexpr double kCostsKept_s = 2.0;     // ways of a UAV that flies to its goal are measured again after this
+constexpr double kCostsKept_s = 2.0;    // ways of a UAV that flies to its goal are measured again after this
 constexpr double kUseful = 0.25;        // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
-constexpr double kSlabWorth = 3.0;      // where a rule, not a volume, is to be met: the same for each
 constexpr double kCommitment_s = 4.0;   // another goal must be this much better than the one under way
 constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from another stop needs no stop of its own
 constexpr double kMuch_m2 = 0.6;        // in sight of a cluster: such stops come first ...
 constexpr double kSome_m2 = 0.3;        // ... then those of this much, then those of less and of shallow pockets ...
 constexpr int kRest = 2;
-constexpr double kTakenAlong_s = 0.7;   // ... unless they are this near, ...
-constexpr double kTakenAlongInSlab_s = 2.5;  // ... or this near where every last one counts
-constexpr double kStorey_m = 1.8;       // a climb of more than this ...
+constexpr double kTakenAlong_s = 0.7;        // ... unless they are this near, ...
+constexpr double kTakenAlongInSlab_s = 1.5;  // ... or this near where every last one counts
+constexpr double kLeftBehind_s = 6.0;        // likewise, what is within this and would be farther away later
+constexpr int kSlabPatience = 2;             // failures of a goal more than else, where every last one counts
+constexpr double kStorey_m = 1.8;            // a climb of more than this ...
 constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
@@ -43,6 +45,7 @@ ViewpointConfig viewpoint_config(const CoverageConfig& config) {
   views.sensor = config.sensor;
   views.box = config.box;
   views.nearest_m = std::max(0.4, config.sensor.min_range_m);
+  views.planar = config.finish.has_value();
   views.seed = config.seed;
   return views;
 }
@@ -71,8 +74,8 @@ FrontierStrategy::FrontierStrategy(const CoverageConfig& config, bool views_at_l
     : config_(config),
       views_at_layers_(views_at_layers),
       book_(viewpoint_config(config)),
-      blacklist_(config.blacklist_radius_m, config.blacklist_time_s) {
-  if (config.finish) finish_.emplace(config.robot.radius_m);
+      blacklist_(config.blacklist_radius_m, config.blacklist_time_s, config.finish ? kSlabPatience : 0) {
+  if (config.finish) finish_.emplace(config.finish->past_walls);
 }
 
 const LayerFinder& FrontierStrategy::layer_finder() const { return *layers_; }
@@ -156,7 +159,8 @@ ViewpointPlaces FrontierStrategy::places(const AssignmentRequest& request) const
   ViewpointPlaces places;
   places.reachable = [this](const VoxelIndex& v) { return reachable(v); };
   if (views_at_layers_) places.layers_m = config_.layers_m.empty() ? layers_->layers_m() : config_.layers_m;
-  for (const UavView& uav : request.uavs) places.also_m.push_back(uav.position_m);
+  for (const UavView& uav : request.uavs)
+    if (uav.shares_map) places.also_m.push_back(uav.position_m);
   return places;
 }
 
@@ -214,8 +218,7 @@ double FrontierStrategy::start_s(const Crew& crew, std::size_t vehicle, const Vi
 
 double FrontierStrategy::soonest_s(const Crew& crew, const Viewpoint& to) const {
   double time_s = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-    time_s = std::min(time_s, crew.ready_s[k] + start_s(crew, k, to));
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) time_s = std::min(time_s, crew.ready_s[k] + start_s(crew, k, to));
   return time_s;
 }
 
@@ -255,8 +258,24 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
   int least = kRest;
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
   std::vector<Stop> first;
+  std::vector<const Stop*> later;
   for (const Stop& stop : stops) {
-    if (rank(stop) == least || soonest_s(crew, stop.pose()) < near_s) first.push_back(stop);
+    if (rank(stop) == least || soonest_s(crew, stop.pose()) < near_s) {
+      first.push_back(stop);
+    } else {
+      later.push_back(&stop);
+    }
+  }
+  if (!finish_) return first;
+  // Where every last one counts, what nothing that comes first leads nearer to is not left behind.
+  const std::size_t leading = first.size();
+  for (const Stop* const stop : later) {
+    const double now_s = soonest_s(crew, stop->pose());
+    const bool led_to =
+        std::any_of(first.begin(), first.begin() + static_cast<std::ptrdiff_t>(leading), [&](const Stop& other) {
+          return (other.pose().position_m - stop->pose().position_m).norm() < now_s * config_.limits.speed_mps;
+        });
+    if (now_s < kLeftBehind_s && !led_to) first.push_back(*stop);
   }
   return first;
 }
@@ -319,8 +338,7 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
       problem.start_s.back().push_back(start_s(crew, k, stop.pose()) - (under_way ? kCommitment_s : 0.0));
     }
   }
-  for (const Stop& stop : stops)
-    problem.worth.push_back(finish_ ? kSlabWorth : std::min(stop.pose().gain_m3, kMostWorth_m3));
+  for (const Stop& stop : stops) problem.worth.push_back(std::min(stop.pose().gain_m3, kMostWorth_m3));
   travel_.begin(space, motion_rule(), kNewFields);
   problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
   for (std::size_t i = 0; i < stops.size(); ++i)
@@ -402,18 +420,20 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   compute_costs(space, request, crew);
   const ViewpointPlaces where = places(request);
   book_.refresh(space, *finder_, where);
-  std::size_t pending = book_.look(space, *finder_, where, {});
+  std::function<bool(std::uint32_t)> counts;
+  if (finish_) counts = [this](std::uint32_t cluster) { return finish_->counts(cluster); };
+  std::size_t pending = book_.look(space, *finder_, where, {}, counts);
   std::size_t closed = 0;
   std::vector<Stop> stops = open_stops(request.time_s, closed);
   while (stops.empty() && pending > 0) {  // before giving up, look at everything
-    pending = book_.look(space, *finder_, where, {});
+    pending = book_.look(space, *finder_, where, {}, counts);
     stops = open_stops(request.time_s, closed);
   }
   assignment.open_targets = stops.size();
   assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
   assignment.open_targets += pending;
-  stops = left_by_others(space, request, std::move(stops));
   choose_poses(crew, stops);
+  stops = own_work(space, request, crew, std::move(stops));
   prepare(request, stops);
   share_out(space, request, crew, stops, assignment);
   return assignment;
@@ -477,7 +497,7 @@ void FrontierStrategy::load_state(const std::string& state) try {
   }
   std::optional<double> start_height_m;
   if (!json.at("start_height_m").is_null()) start_height_m = json.at("start_height_m").get<double>();
-  Blacklist blacklist(config_.blacklist_radius_m, config_.blacklist_time_s);
+  Blacklist blacklist = blacklist_;
   blacklist.from_json(json.at("blacklist"));
   blacklist_ = std::move(blacklist);
   given_ = std::move(given);

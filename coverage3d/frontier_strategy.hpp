@@ -105,8 +105,14 @@ class FrontierStrategy : public CoverageStrategy {
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
-  std::vector<Stop> left_by_others(const planning3d::FreeSpace& space, const AssignmentRequest& request,
-                                   std::vector<Stop> stops) const;
+  std::vector<Stop> own_work(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
+                             std::vector<Stop> stops) const;
+  std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew, const std::vector<Stop>& unseen,
+                              const std::vector<Stop>& doubtful) const;
+  void close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+                        const std::vector<Stop>& stops) const;
+  static bool answers_for(const AssignmentRequest& request, std::size_t cell);
+  static bool take_over(const AssignmentRequest& request);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
 
   CoverageConfig config_;

@@ -14,6 +14,11 @@ constexpr double kBlind_m = 2.0;      // ... with no more than so much unknown s
 constexpr double kSureBlind_m = 0.3;  // hardly any unknown space between, and nothing solid: it has surely seen it
 constexpr std::size_t kSampled = 6;   // voxels of a cluster that are asked for
 
+constexpr double kLinkStep_m = 0.5;
+constexpr double kLinkStepsPerCell = 10.0;
+constexpr double kDone = 0.1;      // a cell is done when less of it is unknown and can be got at
+constexpr double kAsGood_s = 1.5;  // ways to the own cells that are no more than this longer than the best
+
 enum class Sight { kNone, kProbable, kSure };
 
 /// Whether somebody there would have seen it, as far as this map can tell.
@@ -47,6 +52,42 @@ Sight sight_of(const mapping::OccupancyMap& map, const SensorModel& sensor, cons
   return least;
 }
 
+/// Share of each cell of the board that is unknown and linked, through the unknown, with one of these places; on a
+/// coarse lattice in `box`.
+std::vector<double> linked_unknown(const mapping::OccupancyMap& map, const Aabb& box, const TaskBoard& tasks,
+                                   const std::vector<Eigen::Vector3d>& places_m) {
+  const GridSpec lattice(box, std::max(kLinkStep_m, tasks.edge_m().maxCoeff() / kLinkStepsPerCell));
+  std::vector<bool> reached(lattice.voxel_count(), false);
+  std::vector<VoxelIndex> queue;
+  const auto enter = [&](const VoxelIndex& v) {
+    if (!lattice.contains(v) || reached[lattice.linear(v)]) return;
+    const VoxelIndex at = map.grid().index_of(lattice.center_of(v));
+    if (!map.grid().contains(at) || map.at(at) != Occupancy::kUnknown) return;
+    reached[lattice.linear(v)] = true;
+    queue.push_back(v);
+  };
+  for (const Eigen::Vector3d& place_m : places_m) {
+    for (int n = 0; n < 27; ++n) enter(lattice.index_of(place_m) + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
+  }
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    const VoxelIndex v = queue[i];
+    for (const int side : {-1, 1}) {
+      enter(v + VoxelIndex{side, 0, 0});
+      enter(v + VoxelIndex{0, side, 0});
+      enter(v + VoxelIndex{0, 0, side});
+    }
+  }
+  std::vector<double> linked(tasks.size(), 0.0);
+  std::vector<double> all(tasks.size(), 1e-9);
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    const std::size_t cell = tasks.cell_at(lattice.center_of(lattice.voxel(i)));
+    all[cell] += 1.0;
+    linked[cell] += reached[i] ? 1.0 : 0.0;
+  }
+  for (std::size_t cell = 0; cell < linked.size(); ++cell) linked[cell] /= all[cell];
+  return linked;
+}
+
 }  // namespace
 
 std::unique_ptr<CoverageStrategy> FrontierStrategy::copy_to(std::unique_ptr<FrontierStrategy> copy) const {
@@ -60,20 +101,94 @@ std::unique_ptr<CoverageStrategy> FrontierStrategy::copy_to(std::unique_ptr<Fron
   return copy;
 }
 
-/// What absent UAVs have surely seen is done; what they have probably seen waits until nothing else is left: a meeting
-/// may settle it before.
-std::vector<FrontierStrategy::Stop> FrontierStrategy::left_by_others(const planning3d::FreeSpace& space,
-                                                                     const AssignmentRequest& request,
-                                                                     std::vector<Stop> stops) const {
-  if (request.passed_m.empty()) return stops;
-  std::vector<Stop> left;
-  std::vector<Stop> doubtful;
-  for (Stop& stop : stops) {
-    const Sight sight = sight_of(space.map(), config_.sensor, *stop.cluster, request.passed_m);
-    if (sight == Sight::kSure) continue;
-    (sight == Sight::kNone ? left : doubtful).push_back(std::move(stop));
+bool FrontierStrategy::answers_for(const AssignmentRequest& request, std::size_t cell) {
+  const std::size_t owner = request.tasks->owner(cell);
+  return request.tasks->open(cell) && owner < request.uavs.size() && request.uavs[owner].shares_map;
+}
+
+/// Cells of these UAVs that hold nothing to visit and hardly anything unknown that something to visit leads to.
+void FrontierStrategy::close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+                                        const std::vector<Stop>& stops) const {
+  TaskBoard& tasks = *request.tasks;
+  std::vector<bool> busy(tasks.size(), false);
+  std::vector<Eigen::Vector3d> leads_m;
+  const auto add = [&](const FrontierCluster& cluster) {
+    for (const VoxelIndex& v : cluster.cells) leads_m.push_back(space.grid().center_of(v));
+    busy[tasks.cell_at(cluster.center_m)] = true;
+  };
+  for (const Stop& stop : stops) add(*stop.cluster);
+  for (const auto& [id, cluster] : finder_->clusters()) {
+    const bool counts = finish_ ? finish_->counts(id) : finder_->worth_a_visit(cluster);
+    if (counts && book_.undecided(id)) add(cluster);
   }
-  return left.empty() ? doubtful : left;
+  const std::vector<double> linked = linked_unknown(space.map(), finder_->config().box, tasks, leads_m);
+  for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
+    if (!busy[cell] && linked[cell] < kDone && answers_for(request, cell)) tasks.close(cell);
+  }
+}
+
+/// What the UAVs that share this map have to visit of these: what is in their cells; or else what leads to their cells
+/// best; or else what others have probably seen.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
+                                                                const std::vector<Stop>& unseen,
+                                                                const std::vector<Stop>& doubtful) const {
+  const TaskBoard& tasks = *request.tasks;
+  std::vector<Stop> own;
+  for (const Stop& stop : unseen) {
+    if (answers_for(request, tasks.cell_at(stop.cluster->center_m))) own.push_back(stop);
+  }
+  if (!own.empty()) return own;
+  std::vector<std::pair<double, const Stop*>> leading;
+  for (const std::vector<Stop>* stops : {&unseen, &doubtful}) {
+    for (const Stop& stop : *stops) {
+      double beyond_m = std::numeric_limits<double>::infinity();
+      for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
+        if (answers_for(request, cell))
+          beyond_m = std::min(beyond_m, (tasks.center_m(cell) - stop.cluster->center_m).norm());
+      }
+      leading.emplace_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps, &stop);
+    }
+  }
+  double best_s = std::numeric_limits<double>::infinity();
+  for (const auto& [time_s, stop] : leading) best_s = std::min(best_s, time_s);
+  if (std::isfinite(best_s)) {
+    for (const auto& [time_s, stop] : leading)
+      if (time_s <= best_s + kAsGood_s) own.push_back(*stop);
+  }
+  return own;
+}
+
+/// Somebody who shares this map and has nothing left takes cells of others.
+bool FrontierStrategy::take_over(const AssignmentRequest& request) {
+  std::vector<TaskBoard::Worker> others;
+  for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+    const UavView& uav = request.uavs[i];
+    if (!uav.shares_map) others.push_back({i, uav.goal ? uav.goal->position_m : uav.position_m});
+  }
+  for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+    const UavView& uav = request.uavs[i];
+    if (uav.shares_map && uav.wants_goal && request.tasks->take_over({i, uav.position_m}, others)) return true;
+  }
+  return false;
+}
+
+/// The stops that are for the UAVs that share this map. What absent ones have surely seen is done.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::own_work(const planning3d::FreeSpace& space,
+                                                               const AssignmentRequest& request, const Crew& crew,
+                                                               std::vector<Stop> stops) const {
+  if (request.tasks == nullptr) return stops;
+  std::vector<Stop> unseen;
+  std::vector<Stop> doubtful;
+  for (const Stop& stop : stops) {
+    const Sight sight = sight_of(space.map(), config_.sensor, *stop.cluster, request.passed_m);
+    if (sight == Sight::kNone) unseen.push_back(stop);
+    if (sight == Sight::kProbable) doubtful.push_back(stop);
+  }
+  close_done_cells(space, request, unseen);
+  if (std::ranges::all_of(request.uavs, &UavView::shares_map)) return stops;
+  std::vector<Stop> work = own_stops(request, crew, unseen, doubtful);
+  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen, doubtful);
+  return work;
 }
 
 }  // namespace stairwell::coverage3d

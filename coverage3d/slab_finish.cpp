@@ -9,15 +9,17 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 
 namespace stairwell::coverage3d {
 namespace {
 
 constexpr std::size_t kLargestIgnored = 60;  // voxels of a region
+constexpr double kInflation_m = 0.199;
 constexpr double kPieceRadius_m = 3.0;
 constexpr std::array<double, 3> kRadii_m{0.5, 0.75, 1.0};
 constexpr double kAzimuthStep_deg = 15.0;
-constexpr int kMostUnseen = 10;  // a pose that sees no more voxels than this does not count
+constexpr std::size_t kMostUnseen = 10;  // a pose that sees no more voxels than this does not count
 constexpr double kFarthest_m = 22.0;
 constexpr double kLowest_deg = -5.0;
 constexpr double kHighest_deg = 50.0;
@@ -91,41 +93,64 @@ void cut_into_pieces(const GridSpec& grid, Cells cells, std::vector<Cells>& piec
   cut_into_pieces(grid, std::move(upper), pieces);
 }
 
-bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const VoxelIndex& cell) {
-  const Eigen::Vector3d offset_m = map.grid().center_of(cell) - from_m;
-  const double up_deg = deg_from_rad(std::atan2(offset_m.z(), offset_m.head<2>().norm()));
-  if (offset_m.norm() > kFarthest_m || up_deg < kLowest_deg || up_deg > kHighest_deg) return false;
-  bool clear = true;
-  walk_voxels(map.grid(), from_m, map.grid().center_of(cell), [&](const VoxelIndex& v) {
-    clear = map.at(v) == Occupancy::kFree && !map.ever_hit(v);
-    return clear;
-  });
-  return clear;
-}
+/// Looks at frontier voxels from poses beside them.
+class Looker {
+ public:
+  /// @param clearance voxels around an obstacle that a pose keeps away
+  /// @param hiding    voxels around an obstacle that hide what is in or behind them
+  Looker(const mapping::OccupancyMap& map, int clearance, int hiding)
+      : map_(map), clearance_(clearance), hiding_(hiding) {}
 
-bool good_pose(const mapping::OccupancyMap& map, const Eigen::Vector3d& at_m, int clearance, const Cells& piece) {
-  const VoxelIndex v = map.grid().index_of(at_m);
-  const auto known = [&](const VoxelIndex& n) { return map.at(n) != Occupancy::kUnknown; };
-  const auto clear = [&](const VoxelIndex& n) { return !solid(map, n); };
-  if (!all_around(v, 1, known) || !all_around(v, clearance, clear)) return false;
-  int seen = 0;
-  return std::any_of(piece.begin(), piece.end(), [&](const VoxelIndex& cell) {
-    seen += sees(map, at_m, cell) ? 1 : 0;
-    return seen > kMostUnseen;
-  });
-}
-
-bool open(const mapping::OccupancyMap& map, const Cells& piece, int clearance) {
-  const Eigen::Vector3d middle_m = mean_m(map.grid(), piece);
-  for (const double radius_m : kRadii_m) {
-    for (double azimuth_deg = 0.0; azimuth_deg < 360.0; azimuth_deg += kAzimuthStep_deg) {
-      const double azimuth = rad_from_deg(azimuth_deg);
-      const Eigen::Vector3d aside_m(radius_m * std::cos(azimuth), radius_m * std::sin(azimuth), 0.0);
-      if (good_pose(map, middle_m + aside_m, clearance, piece)) return true;
+  /// Whether some pose beside the middle of the piece sees enough of it.
+  bool open(const Cells& piece) {
+    Cells visible;
+    for (const VoxelIndex& v : piece)
+      if (!hides(v)) visible.push_back(v);
+    if (visible.size() <= kMostUnseen) return false;
+    const Eigen::Vector3d middle_m = mean_m(map_.grid(), piece);
+    for (const double radius_m : kRadii_m) {
+      for (double azimuth_deg = 0.0; azimuth_deg < 360.0; azimuth_deg += kAzimuthStep_deg) {
+        const double azimuth = rad_from_deg(azimuth_deg);
+        const Eigen::Vector3d aside_m(radius_m * std::cos(azimuth), radius_m * std::sin(azimuth), 0.0);
+        if (good_pose(middle_m + aside_m, visible)) return true;
+      }
     }
+    return false;
   }
-  return false;
-}
+
+ private:
+  bool good_pose(const Eigen::Vector3d& at_m, const Cells& visible) {
+    const VoxelIndex v = map_.grid().index_of(at_m);
+    const auto known = [&](const VoxelIndex& n) { return map_.at(n) != Occupancy::kUnknown; };
+    const auto clear = [&](const VoxelIndex& n) { return !solid(map_, n); };
+    if (!all_around(v, 1, known) || !all_around(v, clearance_, clear)) return false;
+    std::size_t seen = 0;
+    return std::any_of(visible.begin(), visible.end(), [&](const VoxelIndex& cell) {
+      seen += sees(at_m, cell) ? 1 : 0;
+      return seen > kMostUnseen;
+    });
+  }
+
+  bool sees(const Eigen::Vector3d& from_m, const VoxelIndex& cell) {
+    const Eigen::Vector3d offset_m = map_.grid().center_of(cell) - from_m;
+    const double up_deg = deg_from_rad(std::atan2(offset_m.z(), offset_m.head<2>().norm()));
+    if (offset_m.norm() > kFarthest_m || up_deg < kLowest_deg || up_deg > kHighest_deg) return false;
+    return walk_voxels(map_.grid(), from_m, map_.grid().center_of(cell),
+                       [&](const VoxelIndex& v) { return !hides(v); });
+  }
+
+  bool hides(const VoxelIndex& v) {
+    if (map_.at(v) == Occupancy::kUnknown) return true;
+    const auto [entry, is_new] = hidden_.try_emplace(map_.grid().linear(v), false);
+    if (is_new) entry->second = !all_around(v, hiding_, [&](const VoxelIndex& n) { return !solid(map_, n); });
+    return entry->second;
+  }
+
+  const mapping::OccupancyMap& map_;
+  int clearance_;
+  int hiding_;
+  std::unordered_map<std::size_t, bool> hidden_;
+};
 
 }  // namespace
 
@@ -137,13 +162,14 @@ void SlabFinish::update(const mapping::OccupancyMap& map, const FrontierFinder& 
     const Cells& cells = finder.clusters().at(id).cells;
     regions[region].insert(regions[region].end(), cells.begin(), cells.end());
   }
-  const int clearance = static_cast<int>(std::ceil(clearance_m_ / map.grid().resolution_m() - 1e-2));
+  const int clearance = static_cast<int>(std::ceil(kInflation_m / map.grid().resolution_m()));
+  Looker looker(map, clearance, past_walls_ ? 0 : clearance);
   for (auto& [id, cells] : regions) {
     if (cells.size() <= kLargestIgnored) continue;
     std::vector<Cells> pieces;
     cut_into_pieces(map.grid(), std::move(cells), pieces);
     for (const Cells& piece : pieces) {
-      if (!open(map, piece, clearance)) continue;
+      if (!looker.open(piece)) continue;
       ++open_pieces_;
       for (const VoxelIndex& v : piece) counted_.insert(finder.cluster_at(v));
     }

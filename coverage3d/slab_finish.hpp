@@ -13,15 +13,14 @@ namespace stairwell::coverage3d {
 /// The rule by which C2-Explorer's UAVs are done (frontier_finder.cpp and its launch files, fd1c76a): frontier voxels
 /// of a horizontal slab (FrontierConfig::planar) that touch form a region; regions of more than 60 voxels are cut into
 /// pieces within 3 m of their mean, and a piece is open while some pose 0.5 to 1 m beside its mean, at the same height,
-/// is clear of obstacles, has known voxels around it and sees more than 10 of the piece's voxels, 5 deg below to 50 deg
-/// above the horizontal.
-///
-/// Where the published code leaves a choice, the one that keeps more open is taken: all voxels count (not a thinned
-/// selection), and only occupied or unknown voxels hide others (not the inflated ones).
+/// is 0.2 m clear of obstacles, has known voxels around it and sees more than 10 of the piece's voxels, 5 deg below to
+/// 50 deg above the horizontal. A voxel is seen when no voxel from itself to the pose is unknown or within 0.2 m, per
+/// axis, of an occupied one (countVisibleCells, getInflateOccupancy): what hugs a known wall does not count, a
+/// stretch of wall that nobody has hit does.
 class SlabFinish {
  public:
-  /// @param clearance_m poses stay so far from occupied voxels, per axis
-  explicit SlabFinish(double clearance_m) : clearance_m_(clearance_m) {}
+  /// @param past_walls  stricter than published: only occupied and unknown voxels hide others, not their surroundings
+  explicit SlabFinish(bool past_walls = false) : past_walls_(past_walls) {}
 
   /// @param finder planar, brought up to date with the map
   void update(const mapping::OccupancyMap& map, const FrontierFinder& finder);
@@ -32,7 +31,7 @@ class SlabFinish {
   bool counts(std::uint32_t cluster) const { return counted_.contains(cluster); }
 
  private:
-  double clearance_m_;
+  bool past_walls_;
   std::size_t open_pieces_ = 0;
   std::set<std::uint32_t> counted_;
 };

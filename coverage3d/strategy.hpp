@@ -2,6 +2,7 @@
 
 #include "core/scan.hpp"
 #include "core/trajectory.hpp"
+#include "coverage3d/task_board.hpp"
 #include "planning3d/free_space.hpp"
 
 #include <Eigen/Core>
@@ -32,6 +33,7 @@ struct UavView {
   bool wants_goal = false;   ///< false: keeps what it has; still counts when work is shared out
   std::optional<Goal> goal;  ///< present goal
   bool placed = true;        ///< false: where it is this map knows nothing; only its goal counts
+  bool shares_map = true;    ///< its scans are in this map
 };
 
 /// What a strategy is asked.
@@ -40,6 +42,7 @@ struct AssignmentRequest {
   std::vector<UavView> uavs;
   /// Where UAVs whose scans are not in this map have been since: what they have probably seen comes last.
   std::vector<Eigen::Vector3d> passed_m;
+  TaskBoard* tasks = nullptr;  ///< what the UAVs tell each other they answer for; null: all share one map
 };
 
 /// What a strategy decided.
@@ -75,6 +78,7 @@ class CoverageStrategy {
 struct FinishSlab {
   double lo_m = 1.0;
   double hi_m = 1.5;
+  bool past_walls = false;  ///< see SlabFinish
 };
 
 /// What a strategy has to know about the UAVs and their task.
@@ -82,12 +86,12 @@ struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;
   Robot robot;
-  Aabb box;                             ///< task box: only frontiers inside count
-  std::vector<double> layers_m;         ///< given layers; empty = automatic
-  bool slice = false;                   ///< viewpoints only at layer heights
-  double min_gain_m3 = 0.1;             ///< views that show less unknown volume are not worth a flight
-  double blacklist_radius_m = 0.6;      ///< SPEC B4
-  double blacklist_time_s = 120.0;      ///< expiry
+  Aabb box;                         ///< task box: only frontiers inside count
+  std::vector<double> layers_m;     ///< given layers; empty = automatic
+  bool slice = false;               ///< viewpoints only at layer heights
+  double min_gain_m3 = 0.1;         ///< views that show less unknown volume are not worth a flight
+  double blacklist_radius_m = 0.6;  ///< SPEC B4
+  double blacklist_time_s = 120.0;  ///< expiry
   std::optional<FinishSlab> finish;
   std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
   double hybrid_switch = 0.7;           ///< ... when this share of the box is known

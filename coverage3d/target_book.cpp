@@ -43,9 +43,9 @@ class ChangedPlaces {
   ChangedPlaces(const GridSpec& grid, const std::vector<mapping::VoxelBox>& changed)
       : cell_voxels_(std::max(8, static_cast<int>(std::lround(1.0 / grid.resolution_m())))) {
     for (std::size_t axis = 0; axis < 3; ++axis) cells_[axis] = grid.size()[axis] / cell_voxels_ + 1;
-    marked_.assign(static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) *
-                       static_cast<std::size_t>(cells_[2]),
-                   false);
+    marked_.assign(
+        static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) * static_cast<std::size_t>(cells_[2]),
+        false);
     for (const mapping::VoxelBox& block : changed) {
       visit(block, [this](std::size_t cell) { marked_[cell] = true; });
     }
@@ -130,11 +130,19 @@ std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space,
   return views.empty() ? views : sampler_.inherit(space, cluster, views);
 }
 
+bool TargetBook::undecided(std::uint32_t cluster) const {
+  const auto found = targets_.find(cluster);
+  if (found == targets_.end() || !found->second.fresh) return true;
+  return found->second.views.empty() && !found->second.searched;
+}
+
 std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierFinder& finder,
-                             const ViewpointPlaces& places, const Budget& budget) {
+                             const ViewpointPlaces& places, const Budget& budget,
+                             const std::function<bool(std::uint32_t)>& counts) {
   Budget left = budget;
   std::size_t pending = 0;
   for (const std::uint32_t id : nearest_first(finder, places.also_m)) {
+    if (counts && !counts(id)) continue;
     const FrontierCluster& cluster = finder.clusters().at(id);
     Target& target = targets_[id];
     if (!target.fresh) {

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -25,8 +26,8 @@ class TargetBook {
   };
   /// What may be spent on new viewpoints at a time.
   struct Budget {
-    int samples = 60;  ///< clusters looked at per update
-    int searches = 4;  ///< thorough searches per update
+    int samples = 60;   ///< clusters looked at per update
+    int searches = 4;   ///< thorough searches per update
     int legacies = 60;  ///< clusters that take over views of vanished ones, per update
   };
 
@@ -35,9 +36,12 @@ class TargetBook {
   /// Drops what is gone and checks what is there; once per update of the finder.
   void refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places);
   /// Looks for viewpoints of what has none.
+  /// @param counts  clusters, by id, that are worth it; empty: all
   /// @returns clusters that are still to be looked at because the budget was used up
   std::size_t look(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
-                   const Budget& budget);
+                   const Budget& budget, const std::function<bool(std::uint32_t)>& counts = {});
+  /// Whether the cluster waits for being looked at.
+  bool undecided(std::uint32_t cluster) const;
   const ViewpointSampler& sampler() const { return sampler_; }
   void forget() { targets_.clear(); }
 

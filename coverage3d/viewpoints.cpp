@@ -8,19 +8,22 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 namespace stairwell::coverage3d {
 namespace {
 
 constexpr std::array<VoxelIndex, 6> kFaces{{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+constexpr std::array<VoxelIndex, 8> kBeside{
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {1, 1, 0}, {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}}};
 constexpr int kRoughCells = 8;
 constexpr int kGlanceCells = 10;
 constexpr double kRaySlack = 1.3;       // one return in so many neighbouring voxels is enough
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
 constexpr double kGainStep_m = 0.2;
-constexpr double kGainSteps = 40.0;     // per ray, where the range is so long that steps of that size would be more
-constexpr double kSearchSteps = 25.0;   // likewise, along the reach of an exhaustive search
+constexpr double kGainSteps = 40.0;    // per ray, where the range is so long that steps of that size would be more
+constexpr double kSearchSteps = 25.0;  // likewise, along the reach of an exhaustive search
 constexpr int kGainRows = 6;
 constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
 constexpr double kLeastSeen = 0.3;  // of what the best view sees of the cluster
@@ -74,10 +77,12 @@ std::vector<ViewpointSampler::Target> ViewpointSampler::targets(const planning3d
                                                                 const FrontierCluster& cluster, int most) const {
   std::vector<Target> found;
   const std::size_t count = std::min(cluster.cells.size(), static_cast<std::size_t>(most));
+  const std::span<const VoxelIndex> sides =
+      config_.planar ? std::span<const VoxelIndex>(kBeside) : std::span<const VoxelIndex>(kFaces);
   for (std::size_t i = 0; i < count; ++i) {
     const VoxelIndex cell = cluster.cells[i * cluster.cells.size() / count];
-    for (std::size_t j = 0; j < kFaces.size(); ++j) {  // one of its unknown faces, each direction in its turn
-      const VoxelIndex beyond = cell + kFaces[(i + j) % kFaces.size()];
+    for (std::size_t j = 0; j < sides.size(); ++j) {  // one of its unknown sides, each direction in its turn
+      const VoxelIndex beyond = cell + sides[(i + j) % sides.size()];
       if (!space.grid().contains(beyond) || space.map().at(beyond) != Occupancy::kUnknown) continue;
       found.push_back({beyond, space.grid().center_of(beyond)});
       break;

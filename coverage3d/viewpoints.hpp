@@ -32,7 +32,8 @@ struct ViewpointConfig {
   double range_fraction = 0.8;   ///< farthest: this times the sensor's range
   double gain_depth_part = 0.6;  ///< space behind the frontier counts as deep as this part of the sensor's range
   int max_cells = 60;            ///< cells looked at per cluster
-  int keep = 5;                  ///< viewpoints returned
+  bool planar = false;  ///< only what is unknown at a frontier voxel's own height counts (FrontierConfig::planar)
+  int keep = 5;         ///< viewpoints returned
   std::uint64_t seed = 1;
 };
 

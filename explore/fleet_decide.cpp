@@ -187,16 +187,17 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
   request.time_s = now_s();
   for (const Uav& uav : uavs) {
     const MotionState state = uav.commanded().sample(depart_time(uav));
-    UavView view;
+    UavView& view = request.uavs.emplace_back();
     view.position_m = state.position_m;
     view.velocity_mps = state.velocity_mps;
     view.yaw_rad = state.yaw_rad;
     if (!forgotten(uav)) view.goal = uav.goal;
     view.wants_goal = std::find(wanting.begin(), wanting.end(), uav.id) != wanting.end();
     view.placed = !uav.retired() && (belief.has(uav.id) || belief.map.at(state.position_m) == Occupancy::kFree);
-    request.uavs.push_back(view);
+    view.shares_map = belief.has(uav.id);
   }
   request.passed_m = belief.passed_m();
+  if (radio != nullptr) request.tasks = &tasks;
   const Assignment assignment = belief.strategy->assign(belief.space(), request);
   stats.open_targets = assignment.open_targets;
   stats.unreachable_targets = assignment.unreachable_targets;

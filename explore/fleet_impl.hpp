@@ -74,6 +74,7 @@ struct Fleet::Impl {
   std::vector<std::vector<std::size_t>> groups_in_touch() const;
   void regroup();
   void split(Belief& belief, const std::vector<std::vector<std::size_t>>& groups);
+  void share_tasks(const std::vector<std::size_t>& group);
   void join(const std::vector<std::size_t>& group);
 
   // fleet_avoid.cpp: local avoidance
@@ -89,6 +90,7 @@ struct Fleet::Impl {
   std::vector<Uav> uavs;
   std::vector<std::unique_ptr<Belief>> beliefs;  ///< one per group in touch
   std::uint64_t next_belief_id = 0;
+  coverage3d::TaskBoard tasks;  ///< told to all at any distance; with a radio only
   mapping::ScanIntegrator integrator;
   perception::CloudPipeline pipeline;
   Pilot pilot;

@@ -50,6 +50,7 @@ void Fleet::Impl::regroup() {
   for (const Group& group : groups) join(group);
   for (const auto& belief : beliefs) {
     for (const Uav& uav : uavs) {
+      if (uav.lost_s ? forgotten(uav) : uav.retired()) tasks.give_up(uav.id);
       if (forgotten(uav)) {
         belief->passed.erase(uav.id);  // nobody will ever be told what it saw
       } else if (!belief->has(uav.id)) {
@@ -75,6 +76,7 @@ void Fleet::Impl::split(Belief& belief, const std::vector<std::vector<std::size_
     }
     if (parts.size() > 1) parts.back()->members = std::move(part);
   }
+  share_tasks(all);
   Group rest = all;
   for (std::size_t i = 1; i < parts.size(); ++i) {
     std::erase_if(rest, [&](std::size_t uav) { return parts[i]->has(uav); });
@@ -90,6 +92,16 @@ void Fleet::Impl::split(Belief& belief, const std::vector<std::vector<std::size_
       }
     }
   }
+}
+
+/// Before UAVs go out of range of each other: who answers for what.
+void Fleet::Impl::share_tasks(const std::vector<std::size_t>& group) {
+  std::vector<coverage3d::TaskBoard::Worker> workers;
+  for (const std::size_t id : group) {
+    const Uav& uav = uavs[id];
+    if (!uav.retired()) workers.push_back({id, uav.goal ? uav.goal->position_m : uav.vehicle->state().position_m});
+  }
+  tasks.share(workers);
 }
 
 /// UAVs of one group that came into touch share what they know; the largest map takes the others in.

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kStateVersion = 2;
+constexpr int kStateVersion = 3;
 constexpr std::size_t kNumbersPerState = 11;
 
 json to_json(const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); }
@@ -197,6 +197,7 @@ std::string Fleet::save_state() const {
             {"ticks", impl_->ticks},
             {"idle_since_s", impl_->idle_since_s},
             {"exploration_end_s", impl_->exploration_end_s},
+            {"tasks", impl_->tasks.to_json()},
             {"stats", to_json(impl_->stats)}};
   for (const Uav& uav : impl_->uavs) j["uavs"].push_back(to_json(uav));
   for (const auto& belief : impl_->beliefs) j["beliefs"].push_back(to_json(*belief));
@@ -225,6 +226,7 @@ void Fleet::Impl::load(const json& j, std::vector<mapping::OccupancyMap> maps) {
   ticks = j.at("ticks").get<std::size_t>();
   idle_since_s = j.at("idle_since_s").get<double>();
   exploration_end_s = j.at("exploration_end_s").get<double>();
+  tasks.from_json(j.at("tasks"));
   stats = stats_from(j.at("stats"));
   assumed.clear();
   for (const json& a : j.at("assumed_free")) assumed.push_back({vector_from(a.at(0)), a.at(1).get<double>()});

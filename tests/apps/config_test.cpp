@@ -58,7 +58,10 @@ TEST_CASE("rules of exploring are read, and refused with the mend") {
   REQUIRE(config.fleet.finish_slab);
   CHECK(config.fleet.finish_slab->lo_m == 1.0);
   CHECK(config.fleet.finish_slab->hi_m == 1.5);
-  for (const char* const text : {"frontier", "frontier:1", "slab:1..2", "frontier:a..2"}) {
+  CHECK_FALSE(config.fleet.finish_slab->past_walls);
+  Settings strict{{"finish", {"all-frontier:1..1.5", ""}}};
+  CHECK(resolve(strict).fleet.finish_slab->past_walls);
+  for (const char* const text : {"frontier", "all-", "frontier:1", "slab:1..2", "frontier:a..2"}) {
     Settings bad{{"finish", {text, "--finish"}}};
     CHECK_THAT(message_of([&] { resolve(bad); }), Contains("--finish: "));
   }

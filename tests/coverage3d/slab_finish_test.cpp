@@ -9,7 +9,6 @@ using namespace stairwell::coverage3d;
 
 namespace {
 
-constexpr double kClearance_m = 0.2;
 const Aabb kBox{{0.0, 0.0, 0.0}, {12.0, 6.0, 2.0}};
 
 /// A hall with walls of a voxel around it, known where `known` says so.
@@ -25,10 +24,10 @@ mapping::OccupancyMap hall(const Known& known) {
   return map;
 }
 
-SlabFinish judged(const mapping::OccupancyMap& map, double lo_m = 1.0, double hi_m = 1.5) {
+SlabFinish judged(const mapping::OccupancyMap& map, double lo_m = 1.0, double hi_m = 1.5, bool past_walls = false) {
   FrontierFinder finder(map.grid(), slab_frontiers(kBox, lo_m, hi_m));
   finder.update(map);
-  SlabFinish finish(kClearance_m);
+  SlabFinish finish(past_walls);
   finish.update(map, finder);
   std::size_t counted = 0;
   for (const auto& [id, cluster] : finder.clusters()) counted += finish.counts(id) ? 1 : 0;
@@ -57,13 +56,23 @@ TEST_CASE("what is unknown above or below the slab does not count") {
   CHECK_FALSE(judged(below, 0.5, 1.5).met());
 }
 
-TEST_CASE("walls that nobody has seen from near are frontiers, small gaps are not") {
+TEST_CASE("stretches of wall that nobody has hit are frontiers, small gaps are not") {
   const auto unseen_wall = [](int from_y, int to_y) {
     return hall([=](const VoxelIndex& v) { return v.x > 0 || v.y < from_y || v.y >= to_y; });
   };
-  // Eleven gaps of the wall and a free voxel beside each of their ends: 13 x 5 voxels.
+  // Eleven gaps of the wall and a free voxel beside each of their ends: 13 x 5 voxels, of which 7 x 5 are more than two
+  // voxels away from what was hit.
   CHECK_FALSE(judged(unseen_wall(20, 31)).met());
   CHECK(judged(unseen_wall(20, 30)).met());
+}
+
+TEST_CASE("what hugs a known wall counts only in the stricter rule") {
+  const auto striped_wall = [](int every) {
+    return hall([=](const VoxelIndex& v) { return v.x > 0 || v.y % every == 0; });
+  };
+  CHECK(judged(striped_wall(4)).met());
+  CHECK_FALSE(judged(striped_wall(4), 1.0, 1.5, true).met());
+  CHECK_FALSE(judged(striped_wall(20)).met());
 }
 
 TEST_CASE("a frontier that no pose beside it sees is ignored") {

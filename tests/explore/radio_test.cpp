@@ -6,6 +6,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <set>
 #include <vector>
@@ -134,6 +135,38 @@ TEST_CASE("a radio that reaches everybody changes nothing") {
     for (std::size_t i = 0; i < fleet.size(); ++i) ends_m.push_back(fleet.uav_state(i).position_m);
   }
   for (std::size_t i = 0; i < 3; ++i) CHECK(ends_m[i] == ends_m[i + 3]);
+}
+
+TEST_CASE("UAVs out of touch share the work out: together they see what one map would hold, none of them all of it") {
+  auto config = test::toy_config();
+  config.time_limit_s = 120.0;
+  const auto known_together = [&](const Radio* link, std::size_t& least) {
+    ToySimulation sim(test::two_rooms(), config, kStarts_m);
+    explore::ExplorationLog log;
+    Fleet fleet(config, sim.doors(), log, no_clock, link);
+    while (fleet.step()) {
+    }
+    CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+    const GridSpec& grid = fleet.map().grid();
+    std::size_t all = 0;
+    for (std::size_t v = 0; v < grid.voxel_count(); ++v) {
+      bool known = false;
+      for (std::size_t i = 0; i < fleet.size(); ++i)
+        known = known || fleet.map_of(i).at(grid.voxel(v)) != Occupancy::kUnknown;
+      all += known ? 1 : 0;
+    }
+    least = all;
+    for (std::size_t i = 0; i < fleet.size(); ++i) least = std::min(least, fleet.map_of(i).known_voxels());
+    return all;
+  };
+  std::size_t least_shared = 0;
+  std::size_t least_alone = 0;
+  const std::size_t shared = known_together(nullptr, least_shared);
+  const sim3d::RangeRadio radio(0.5);
+  const std::size_t alone = known_together(&radio, least_alone);
+  CHECK(least_shared == shared);
+  CHECK(static_cast<double>(alone) > 0.97 * static_cast<double>(shared));
+  CHECK(static_cast<double>(least_alone) < 0.9 * static_cast<double>(alone));
 }
 
 TEST_CASE("a fleet with several maps is saved and carries on") {

@@ -1,0 +1,138 @@
+#include "coverage3d/task_board.hpp"
+
+#include "core/errors.hpp"
+#include "coverage3d/tour.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr double kEdge_m = 5.0;
+constexpr std::size_t kMostCells = 64;
+
+}  // namespace
+
+TaskBoard::TaskBoard(const Aabb& box, double speed_mps) : box_(box), speed_mps_(speed_mps) {
+  for (double edge_m = kEdge_m;; edge_m *= 1.1) {
+    std::size_t all = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      auto& count = count_[static_cast<std::size_t>(axis)];
+      count = static_cast<std::size_t>(std::max(1.0, std::round(box.size_m()[axis] / edge_m)));
+      edge_m_[axis] = box.size_m()[axis] / static_cast<double>(count);
+      all *= count;
+    }
+    if (all > kMostCells) continue;
+    cells_.assign(all, {});
+    return;
+  }
+}
+
+std::size_t TaskBoard::cell_at(const Eigen::Vector3d& point_m) const {
+  std::array<std::size_t, 3> at{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto count = count_[static_cast<std::size_t>(axis)];
+    const double place = std::floor((point_m[axis] - box_.min_m[axis]) / edge_m_[axis]);
+    at[static_cast<std::size_t>(axis)] =
+        static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(count) - 1.0));
+  }
+  return (at[2] * count_[1] + at[1]) * count_[0] + at[0];
+}
+
+Eigen::Vector3d TaskBoard::center_m(std::size_t cell) const {
+  const Eigen::Vector3d at(static_cast<double>(cell % count_[0]), static_cast<double>(cell / count_[0] % count_[1]),
+                           static_cast<double>(cell / (count_[0] * count_[1])));
+  return box_.min_m + (at + Eigen::Vector3d::Constant(0.5)).cwiseProduct(edge_m_);
+}
+
+std::vector<std::size_t> TaskBoard::cells_of(std::size_t uav) const {
+  std::vector<std::size_t> cells;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (cells_[i].open && cells_[i].owner == uav) cells.push_back(i);
+  }
+  return cells;
+}
+
+std::vector<std::vector<std::size_t>> TaskBoard::tours(const std::vector<Worker>& workers,
+                                                       const std::vector<std::size_t>& cells) const {
+  TourProblem problem;
+  problem.ready_s.assign(workers.size(), 0.0);
+  for (const Worker& worker : workers) {
+    problem.start_s.emplace_back();
+    for (const std::size_t cell : cells)
+      problem.start_s.back().push_back((center_m(cell) - worker.at_m).norm() / speed_mps_);
+  }
+  for (const std::size_t from : cells) {
+    problem.between_s.emplace_back();
+    for (const std::size_t to : cells)
+      problem.between_s.back().push_back((center_m(to) - center_m(from)).norm() / speed_mps_);
+  }
+  return plan_tours(problem);
+}
+
+double TaskBoard::tour_s(const Worker& worker, const std::vector<std::size_t>& cells) const {
+  double way_m = 0.0;
+  Eigen::Vector3d at_m = worker.at_m;
+  const std::vector<std::vector<std::size_t>> plan = tours({worker}, cells);
+  for (const std::size_t stop : plan.front()) {
+    way_m += (center_m(cells[stop]) - at_m).norm();
+    at_m = center_m(cells[stop]);
+  }
+  return way_m / speed_mps_;
+}
+
+void TaskBoard::share(const std::vector<Worker>& workers) {
+  std::vector<std::size_t> cells = cells_of(kNobody);
+  for (const Worker& worker : workers) {
+    const std::vector<std::size_t> own = cells_of(worker.uav);
+    cells.insert(cells.end(), own.begin(), own.end());
+  }
+  std::sort(cells.begin(), cells.end());
+  const auto plan = tours(workers, cells);
+  for (std::size_t k = 0; k < plan.size(); ++k)
+    for (const std::size_t stop : plan[k]) cells_[cells[stop]].owner = workers[k].uav;
+}
+
+bool TaskBoard::take_over(const Worker& idle, const std::vector<Worker>& others) {
+  const std::vector<std::size_t> orphans = cells_of(kNobody);
+  for (const std::size_t cell : orphans) cells_[cell].owner = idle.uav;
+  if (!orphans.empty()) return true;
+  std::vector<std::pair<double, std::size_t>> busiest;
+  std::vector<std::vector<std::size_t>> lists;
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    lists.push_back(cells_of(others[k].uav));
+    busiest.emplace_back(-tour_s(others[k], lists[k]), k);
+    std::erase(lists[k], cell_at(others[k].at_m));
+  }
+  std::sort(busiest.begin(), busiest.end());
+  for (const auto& ranked : busiest) {
+    const std::vector<std::size_t>& list = lists[ranked.second];
+    const auto plan = tours({idle, others[ranked.second]}, list);
+    for (const std::size_t stop : plan.front()) cells_[list[stop]].owner = idle.uav;
+    if (!plan.front().empty()) return true;
+  }
+  return false;
+}
+
+void TaskBoard::give_up(std::size_t uav) {
+  for (Cell& cell : cells_) {
+    if (cell.owner == uav) cell.owner = kNobody;
+  }
+}
+
+nlohmann::json TaskBoard::to_json() const {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Cell& cell : cells_) json.push_back({cell.open, cell.owner});
+  return json;
+}
+
+void TaskBoard::from_json(const nlohmann::json& json) {
+  if (json.size() != cells_.size()) throw InputError("the saved task list is of another task box");
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    cells_[i] = {json.at(i).at(0).get<bool>(), json.at(i).at(1).get<std::size_t>()};
+}
+
+}  // namespace stairwell::coverage3d
