@@ -22,10 +22,12 @@ constexpr const char* kFooter =
     "  stairwell compare worlds/duplex.sdf --coverage frontiers,nearest --seeds 1..10 --out sweeps/nearest\n"
     "  stairwell compare worlds/*.sdf --modes slice,volume --uavs 4 --seeds 1..3 --jobs 2 --out sweeps/modes\n"
     "  stairwell compare worlds/office_tower.sdf --uavs 1,2,4,8 --seeds 1,2 --charge-planning off --out sweeps/fleet\n"
+    "  stairwell compare worlds/duplex.sdf --vary gain=volume,entropy --uavs 2 --out sweeps/gain\n"
     "Exit code 1: some runs failed (they are named; the others are compared), or the sweep was interrupted.";
 
 struct CompareWords {
   std::vector<std::string> worlds;
+  std::vector<std::string> varied;
   std::string modes, planners, coverages, uavs = "1", seeds = "1..10", jobs = "1", out, bound = "on";
   ExploreOptions options;
   bool json = false, quiet = false;
@@ -54,6 +56,7 @@ SweepConfig config_of(const CompareWords& words) {
   config.seeds = parsed("--seeds", words.seeds, parse_counts);
   config.jobs = parsed("--jobs", words.jobs, parse_count);
   config.bound = parsed("--bound", words.bound, parse_switch);
+  for (const std::string& one : words.varied) config.varied.push_back(parsed("--vary", one, parse_varied));
   config.base = words.options.settings();
   config.out = words.out;
   config.program = "/proc/self/exe";
@@ -88,6 +91,9 @@ void add_compare_command(CLI::App& app, CommandContext& context) {
   command->add_option("--modes", words->modes, "slice,volume (default: volume)");
   command->add_option("--planners", words->planners, "Planners, with commas between");
   command->add_option("--coverage", words->coverages, "Coverage strategies, with commas between (default: by mode)");
+  command->add_option("--vary", words->varied, "Any key of config.yaml and its values; repeat for more keys")
+      ->type_name("KEY=A,B..")
+      ->allow_extra_args(false);
   command->add_option("--uavs", words->uavs, "Numbers of UAVs, as 1,2,4 (default: 1)");
   command->add_option("--seeds", words->seeds, "Seeds, as 1..10 or 1,5,7 (default: 1..10)");
   command->add_option("--jobs", words->jobs, "Runs side by side (default: 1; more disturb planning times)");

@@ -107,7 +107,7 @@ void find_differences(Comparison& comparison) {
 }  // namespace
 
 std::string ComparisonRow::name() const {
-  return world + " " + mode + " " + planner + " " + coverage + " " + std::to_string(uavs);
+  return world + " " + mode + " " + planner + " " + strategy() + " " + std::to_string(uavs);
 }
 
 Comparison read_comparison(const std::vector<SweepRun>& runs) {
@@ -117,8 +117,17 @@ Comparison read_comparison(const std::vector<SweepRun>& runs) {
       comparison.missing.push_back(run.name);
       continue;
     }
-    ComparisonRow key{
-        fs::path(run.world).stem().string(), run.mode, run.planner, run.coverage, run.uavs, {}, {}, {}, {}, 0};
+    ComparisonRow key{fs::path(run.world).stem().string(),
+                      run.mode,
+                      run.planner,
+                      run.coverage,
+                      run.uavs,
+                      run.variant,
+                      {},
+                      {},
+                      {},
+                      {},
+                      0};
     auto row = std::ranges::find_if(comparison.rows, [&](const ComparisonRow& r) { return r.name() == key.name(); });
     if (row == comparison.rows.end()) row = comparison.rows.insert(row, std::move(key));
     row->seeds.push_back(run.seed);

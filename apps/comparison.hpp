@@ -20,12 +20,15 @@ using RunNumbers = std::map<std::string, double>;
 struct ComparisonRow {
   std::string world, mode, planner, coverage;
   std::uint64_t uavs = 1;
+  std::string variant;               ///< as of SweepRun
   std::vector<std::uint64_t> seeds;  ///< of the runs there are
   std::vector<RunNumbers> runs;
   std::vector<std::filesystem::path> folders;
   std::map<std::string, Estimate> estimates;
   std::size_t distinct = 0;  ///< runs that differ in when they finished or how far they flew
   std::string name() const;  ///< of the row, without seeds
+  /// Coverage strategy and what is varied.
+  std::string strategy() const { return coverage + (variant.empty() ? "" : " ") + variant; }
 };
 
 struct ComparisonDifference {

@@ -33,7 +33,7 @@ std::vector<Group> groups_of(const Comparison& comparison) {
   return groups;
 }
 
-std::string short_name(const ComparisonRow& row) { return row.mode + ", " + row.planner + ", " + row.coverage; }
+std::string short_name(const ComparisonRow& row) { return row.mode + ", " + row.planner + ", " + row.strategy(); }
 
 struct Curve {
   std::vector<double> time_s, coverage;

@@ -35,8 +35,8 @@ std::string rounded(double value) {
 }
 
 std::string key_cells(const ComparisonRow& row, const char* between) {
-  return row.world + between + row.mode + between + row.planner + between + row.coverage + between +
-         std::to_string(row.uavs);
+  return row.world + between + row.mode + between + row.planner + between + row.coverage + between + row.variant +
+         between + std::to_string(row.uavs);
 }
 
 std::string with_interval(const ComparisonRow& row, const std::string& metric) {
@@ -63,7 +63,7 @@ std::string markdown_rows(const Comparison& comparison) {
                      "finish s", "finish / bound", "path m", "energy (hover s)", "plan p50 ms", "collisions"});
   for (const ComparisonRow& row : comparison.rows) {
     std::vector<std::string> cells{
-        row.world, row.mode, row.planner, row.coverage, std::to_string(row.uavs), std::to_string(row.seeds.size())};
+        row.world, row.mode, row.planner, row.strategy(), std::to_string(row.uavs), std::to_string(row.seeds.size())};
     for (const char* metric : {"coverage", "t50_s", "t90_s", "t99_s", "finish_s", "finish_over_bound", "path_length_m",
                                "energy_hover_s", "plan_ms.p50"})
       cells.push_back(with_interval(row, metric));
@@ -85,8 +85,8 @@ std::string markdown_differences(const Comparison& comparison) {
     const ComparisonRow &first = comparison.rows[d.first], &second = comparison.rows[d.second];
     const Estimate& e = d.found.difference;
     text += markdown_line(
-        {first.world, std::to_string(first.uavs), first.mode + " " + first.planner + " " + first.coverage,
-         second.mode + " " + second.planner + " " + second.coverage, d.metric, std::to_string(d.pairs),
+        {first.world, std::to_string(first.uavs), first.mode + " " + first.planner + " " + first.strategy(),
+         second.mode + " " + second.planner + " " + second.strategy(), d.metric, std::to_string(d.pairs),
          rounded(e.mean) + " [" + rounded(e.low) + ", " + rounded(e.high) + "]", to_string(d.found.verdict)});
   }
   return text;
@@ -100,6 +100,7 @@ std::string comparison_json(const Comparison& comparison) {
     Json j{
         {"world", row.world}, {"mode", row.mode},   {"planner", row.planner},       {"coverage_strategy", row.coverage},
         {"uavs", row.uavs},   {"seeds", row.seeds}, {"distinct_runs", row.distinct}};
+    if (!row.variant.empty()) j["variant"] = row.variant;
     for (const auto& [metric, e] : row.estimates) {
       const std::size_t dot = metric.find('.');
       if (dot == std::string::npos) {
@@ -115,7 +116,7 @@ std::string comparison_json(const Comparison& comparison) {
 
 std::string comparison_csv(const Comparison& comparison) {
   const std::vector<std::string> names = metric_names(comparison);
-  std::string text = "world,mode,planner,coverage_strategy,uavs,runs";
+  std::string text = "world,mode,planner,coverage_strategy,variant,uavs,runs";
   for (const std::string& name : names)
     for (const char* part : {"mean", "sd", "low", "high"}) text += "," + name + "_" + part;
   text += "\n";
@@ -134,7 +135,7 @@ std::string comparison_csv(const Comparison& comparison) {
 
 std::string runs_csv(const Comparison& comparison) {
   const std::vector<std::string> names = metric_names(comparison);
-  std::string text = "world,mode,planner,coverage_strategy,uavs,seed";
+  std::string text = "world,mode,planner,coverage_strategy,variant,uavs,seed";
   for (const std::string& name : names) text += "," + name;
   text += "\n";
   for (const ComparisonRow& row : comparison.rows)

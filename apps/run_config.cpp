@@ -131,6 +131,17 @@ const std::vector<Entry>& task_entries() {
         "mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},
+      {{"gain", "--gain", "volume|entropy",
+        "of a view: the unknown volume in sight, or the entropy that the map is expected to lose"},
+       "volume",
+       [](RunConfig& c, const std::string& t) {
+         using coverage3d::GainKind;
+         c.fleet.gain = choice<GainKind>(t, {{"volume", GainKind::kVolume}, {"entropy", GainKind::kEntropy}});
+       }},
+      {{"turn_taking", "--turn-taking", "on|off",
+        "whether a UAV plans knowing what the others are going to see, or as if alone"},
+       "on",
+       on_off([](RunConfig& c) -> bool& { return c.fleet.turn_taking; })},
       {{"hybrid_first", "", "", "strategy of hybrid before k-means"},
        "greedy",
        [](RunConfig& c, const std::string& t) { c.fleet.hybrid_first = known_name(t, hybrid_beginnings()); }},

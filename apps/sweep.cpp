@@ -58,6 +58,8 @@ Settings settings_of(const SweepConfig& config, const SweepRun& run) {
   set("planner", run.planner, "--planners");
   set("coverage", run.coverage, "--coverage");
   set("seed", std::to_string(run.seed), "--seeds");
+  std::istringstream varied(run.variant);
+  for (std::string assignment; varied >> assignment;) add_assignment(settings, assignment);
   limit_starts(settings, run.uavs);
   return settings;
 }
@@ -71,10 +73,25 @@ void resolve_run(const SweepConfig& config, SweepRun& run) {
   run.coverage = text_in(settings, "coverage");
   const std::string world = fs::path(run.world).stem().string();
   const std::string uavs = std::to_string(run.uavs);
-  run.name =
-      world + "-" + run.mode + "-" + run.planner + "-" + run.coverage + "-" + uavs + "-" + std::to_string(run.seed);
+  run.name = world + "-" + run.mode + "-" + run.planner + "-" + run.coverage + "-";
+  std::istringstream varied(run.variant);
+  for (std::string assignment; varied >> assignment;) run.name += assignment + "-";
+  run.name += uavs + "-" + std::to_string(run.seed);
   run.folder = config.out / "runs" / run.name;
   if (config.bound) run.bound = config.out / "bounds" / (world + "-" + uavs + ".json");
+}
+
+/// Every combination of the varied settings' values, the last one's changing first.
+std::vector<std::string> variants_of(const std::vector<VariedSetting>& varied) {
+  std::vector<std::string> variants{""};
+  for (const VariedSetting& setting : varied) {
+    std::vector<std::string> longer;
+    for (const std::string& before : variants)
+      for (const std::string& value : setting.values)
+        longer.push_back(before + (before.empty() ? "" : " ") + setting.key + "=" + value);
+    variants = std::move(longer);
+  }
+  return variants;
 }
 
 void check_worlds(const std::vector<std::string>& worlds) {
@@ -170,7 +187,7 @@ class Sweep {
 
   void add_bound(const SweepRun& run) {
     SweepRun any = run;
-    any.mode = any.planner = any.coverage = "";
+    any.mode = any.planner = any.coverage = any.variant = "";
     any.seed = 1;
     fs::path settings_file = run.bound;
     settings_file.replace_extension(".yaml");
@@ -252,6 +269,18 @@ std::vector<std::string> parse_words(std::string_view text) {
   }
 }
 
+VariedSetting parse_varied(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) throw InputError("'" + std::string(text) + "' is not KEY=VALUE,VALUE..");
+  const std::string_view key = text.substr(0, equals);
+  if (!is_setting_key(key) || key == "world" || key == "uavs" || key == "seed" || key == "mode" || key == "planner" ||
+      key == "coverage")
+    throw InputError("'" + std::string(key) + "' cannot be varied: give a key of config.yaml without an option here");
+  for (const char c : text.substr(equals + 1))
+    if (c == ' ' || c == '/') throw InputError("'" + std::string(text) + "': values hold neither blanks nor slashes");
+  return {std::string(key), parse_words(text.substr(equals + 1))};
+}
+
 std::vector<SweepRun> plan_sweep(const SweepConfig& config) {
   check_worlds(config.worlds);
   if (config.seeds.empty()) throw InputError("--seeds is empty: give at least one, as in --seeds 1..10");
@@ -264,11 +293,12 @@ std::vector<SweepRun> plan_sweep(const SweepConfig& config) {
       for (const std::uint64_t uavs : config.uavs)
         for (const std::string& mode : or_base(config.modes, config.base, "mode"))
           for (const std::string& planner : or_base(config.planners, config.base, "planner"))
-            for (const std::string& coverage : or_base(config.coverages, config.base, "coverage")) {
-              SweepRun run{world, mode, planner, coverage, uavs, seed, {}, {}, {}};
-              resolve_run(config, run);
-              if (names.insert(run.name).second) runs.push_back(std::move(run));
-            }
+            for (const std::string& coverage : or_base(config.coverages, config.base, "coverage"))
+              for (const std::string& variant : variants_of(config.varied)) {
+                SweepRun run{world, mode, planner, coverage, uavs, seed, variant, {}, {}, {}};
+                resolve_run(config, run);
+                if (names.insert(run.name).second) runs.push_back(std::move(run));
+              }
   return runs;
 }
 

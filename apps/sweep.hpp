@@ -12,11 +12,18 @@
 
 namespace stairwell::apps {
 
+/// A setting and the values that it is to have.
+struct VariedSetting {
+  std::string key;
+  std::vector<std::string> values;
+};
+
 struct SweepConfig {
   std::vector<std::string> worlds;
   std::vector<std::string> modes, planners, coverages;  ///< empty: what the base settings say
   std::vector<std::uint64_t> uavs, seeds;
-  Settings base;  ///< everything else
+  std::vector<VariedSetting> varied;  ///< every combination is run
+  Settings base;                      ///< everything else
   std::size_t jobs = 1;
   bool bound = true;
   std::filesystem::path out;
@@ -26,7 +33,8 @@ struct SweepConfig {
 struct SweepRun {
   std::string world, mode, planner, coverage;
   std::uint64_t uavs = 1, seed = 1;
-  std::string name;              ///< `<world>-<mode>-<planner>-<coverage>-<uavs>-<seed>`
+  std::string variant;           ///< `key=value key=value`, of what is varied; may be empty
+  std::string name;              ///< `<world>-<mode>-<planner>-<coverage>-[<key=value>-..]<uavs>-<seed>`
   std::filesystem::path folder;  ///< run folder
   std::filesystem::path bound;   ///< file with the reference of its world and number of UAVs; empty: none
 };
@@ -47,6 +55,8 @@ SweepResult run_sweep(const SweepConfig& config, const std::vector<SweepRun>& ru
 
 /// `1,2,4`, `1..10` and mixtures. @throws InputError quoting the text
 std::vector<std::uint64_t> parse_counts(std::string_view text);
+/// `key=a,b`. @throws InputError quoting the text, or naming an unknown key
+VariedSetting parse_varied(std::string_view text);
 /// `a,b`; every part has to be there. @throws InputError quoting the text
 std::vector<std::string> parse_words(std::string_view text);
 

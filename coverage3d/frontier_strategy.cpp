@@ -44,6 +44,8 @@ ViewpointConfig viewpoint_config(const CoverageConfig& config) {
   ViewpointConfig views;
   views.sensor = config.sensor;
   views.box = config.box;
+  views.gain = config.gain;
+  views.occupancy = config.occupancy;
   views.nearest_m = std::max(0.4, config.sensor.min_range_m);
   views.planar = config.finish.has_value();
   views.seed = config.seed;
@@ -118,6 +120,7 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
   for (std::size_t i = 0; i < request.uavs.size(); ++i) {
     const UavView& uav = request.uavs[i];
     if (!uav.placed) continue;
+    crew.ways.push_back(crew.uavs.size());
     crew.uavs.push_back(i);
     crew.target_m.push_back(uav.wants_goal && uav.goal ? std::optional(uav.goal->target_m) : std::nullopt);
     if (uav.wants_goal || !uav.goal) {
@@ -208,7 +211,7 @@ double FrontierStrategy::leg_s(double way_m, const Eigen::Vector3d& from_m, cons
 }
 
 double FrontierStrategy::start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const {
-  const auto way_m = static_cast<double>(costs_[vehicle].distance_m(to.voxel));
+  const auto way_m = static_cast<double>(costs_[crew.ways[vehicle]].distance_m(to.voxel));
   if (!std::isfinite(way_m)) return std::numeric_limits<double>::infinity();
   const double straight_m = (to.position_m - crew.start_m[vehicle]).norm();
   return leg_s(std::max(way_m, straight_m), crew.start_m[vehicle], crew.velocity_mps[vehicle], crew.yaw_rad[vehicle],
@@ -367,7 +370,7 @@ Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& 
   goal.yaw_rad = view.yaw_rad;
   goal.target_m = stop.cluster->center_m;
   goal.gain_m3 = view.gain_m3;
-  goal.travel_m = static_cast<double>(costs_[vehicle].distance_m(view.voxel));
+  goal.travel_m = static_cast<double>(costs_[crew.ways[vehicle]].distance_m(view.voxel));
   // Sent here again and again although it stands here: whatever is left is not seen from here.
   const auto before = std::count_if(given_.begin(), given_.end(), [&](const GivenGoal& one) {
     return (one.position_m - goal.position_m).norm() < 1e-3 && (one.target_m - goal.target_m).norm() < 1e-3;
@@ -385,6 +388,7 @@ void FrontierStrategy::remember(const Goal& goal, const std::vector<VoxelIndex>&
 
 void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                                  const std::vector<Stop>& all_stops, Assignment& assignment) {
+  if (!config_.turn_taking) return share_out_alone(space, request, crew, all_stops, assignment);
   const std::vector<Stop> stops = without_absorbed(space, crew, nearest_stops(request, crew, all_stops));
   const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops);
   std::vector<bool> taken(stops.size(), false);

@@ -9,6 +9,7 @@
 #include "coverage3d/travel_book.hpp"
 #include "planning3d/travel_costs.hpp"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <string>
@@ -39,11 +40,14 @@ class FrontierStrategy : public CoverageStrategy {
     const FrontierCluster* cluster = nullptr;
     std::vector<const Viewpoint*> views;  ///< those that may be flown to; they live in the book
     std::size_t view = 0;
+    double foreseen_m3 = 0.0;  ///< of the pose's gain: what others are going to see before
+    double gain_m3() const { return std::max(0.0, pose().gain_m3 - foreseen_m3); }
     const Viewpoint& pose() const { return *views[view]; }
   };
   /// The UAVs that want a goal, or may change theirs.
   struct Crew {
     std::vector<std::size_t> uavs;         ///< index of each vehicle in the request
+    std::vector<std::size_t> ways;         ///< index of its travel costs
     std::vector<Eigen::Vector3d> start_m;  ///< where its next free leg begins
     std::vector<Eigen::Vector3d> velocity_mps;
     std::vector<double> yaw_rad;
@@ -60,6 +64,14 @@ class FrontierStrategy : public CoverageStrategy {
   /// Gives goals to the UAVs that want one: here the first stops of tours over what is near.
   virtual void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                          const std::vector<Stop>& stops, Assignment& assignment);
+
+  /// What the UAVs that keep their goals are going to see.
+  Foreseen foreseen_by_others(const planning3d::FreeSpace& space, const AssignmentRequest& request) const;
+  /// Adds what the UAV will see at the goal that it was given now, and on the way where that is straight.
+  void foresee(const planning3d::FreeSpace& space, const Eigen::Vector3d& from_m, const Goal& goal,
+               Foreseen& foreseen) const;
+  /// Notes in the stops what of their gain is foreseen.
+  void deduct(const planning3d::FreeSpace& space, const Foreseen& foreseen, std::vector<Stop>& stops) const;
 
   /// Whether a goal with this target is for the cluster.
   static bool belongs(const FrontierCluster& cluster, const Eigen::Vector3d& target_m);
@@ -114,6 +126,8 @@ class FrontierStrategy : public CoverageStrategy {
   static bool answers_for(const AssignmentRequest& request, std::size_t cell);
   static bool take_over(const AssignmentRequest& request);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
+  void share_out_alone(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
+                       std::vector<Stop> stops, Assignment& assignment);
 
   CoverageConfig config_;
   bool views_at_layers_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -17,30 +18,46 @@ constexpr double kBand_m = 3.0;         // height of a storey
 
 }  // namespace
 
+PickStrategy::Pick PickStrategy::best_for(const AssignmentRequest& request, const Crew& crew, std::size_t vehicle,
+                                          const std::vector<Stop>& stops, const std::vector<bool>& taken) const {
+  const Choice choice{crew, vehicle, request.time_s};
+  Pick best{kNever, vehicle, stops.size()};
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    if (taken[i] || !std::isfinite(way_m(vehicle, stops[i].pose()))) continue;
+    const bool under_way = loyal() && crew.target_m[vehicle] && belongs(*stops[i].cluster, *crew.target_m[vehicle]);
+    const double value =
+        under_way ? (stops[i].cluster->center_m - *crew.target_m[vehicle]).norm() - kUnderWay : rank(choice, stops[i]);
+    if (value < best.rank) best = {value, vehicle, i};
+  }
+  return best;
+}
+
 void PickStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
-                             const std::vector<Stop>& stops, Assignment& assignment) {
+                             const std::vector<Stop>& all_stops, Assignment& assignment) {
+  std::vector<Stop> stops = all_stops;
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t i = 0; i < stops.size(); ++i)
     taken[i] = std::any_of(request.uavs.begin(), request.uavs.end(), [&](const UavView& uav) {
       return !uav.wants_goal && uav.goal && belongs(*stops[i].cluster, uav.goal->target_m);
     });
-  for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
-    if (!request.uavs[crew.uavs[k]].wants_goal) continue;
-    const Choice choice{crew, k, request.time_s};
-    std::size_t best = stops.size();
-    double best_rank = kNever;
-    for (std::size_t i = 0; i < stops.size(); ++i) {
-      if (taken[i] || !std::isfinite(way_m(k, stops[i].pose()))) continue;
-      const bool under_way = loyal() && crew.target_m[k] && belongs(*stops[i].cluster, *crew.target_m[k]);
-      const double value =
-          under_way ? (stops[i].cluster->center_m - *crew.target_m[k]).norm() - kUnderWay : rank(choice, stops[i]);
-      if (value >= best_rank) continue;
-      best_rank = value;
-      best = i;
+  std::vector<std::size_t> waiting;
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k)
+    if (request.uavs[crew.uavs[k]].wants_goal) waiting.push_back(k);
+  std::optional<Foreseen> foreseen;
+  if (takes_turns()) foreseen = foreseen_by_others(space, request);
+  while (!waiting.empty()) {
+    if (foreseen) deduct(space, *foreseen, stops);
+    Pick best = best_for(request, crew, waiting.front(), stops, taken);
+    for (std::size_t i = 1; foreseen && i < waiting.size(); ++i) {
+      const Pick other = best_for(request, crew, waiting[i], stops, taken);
+      if (other.rank < best.rank) best = other;
     }
-    if (best == stops.size()) continue;
-    taken[best] = true;
-    assignment.goals[crew.uavs[k]] = goal_for(space, crew, k, stops[best], nullptr, request.time_s);
+    std::erase(waiting, best.vehicle);
+    if (best.stop == stops.size()) continue;
+    taken[best.stop] = true;
+    const Goal goal = goal_for(space, crew, best.vehicle, stops[best.stop], nullptr, request.time_s);
+    assignment.goals[crew.uavs[best.vehicle]] = goal;
+    if (foreseen && !waiting.empty()) foresee(space, crew.start_m[best.vehicle], goal, *foreseen);
   }
 }
 
@@ -50,7 +67,7 @@ double NearestStrategy::rank(const Choice& choice, const Stop& stop) const {
 
 double GreedyStrategy::rank(const Choice& choice, const Stop& stop) const {
   const double time_s = std::max(start_s(choice.crew, choice.vehicle, stop.pose()), kLeastFlight_s);
-  return -stop.pose().gain_m3 / time_s;
+  return -stop.gain_m3() / time_s;
 }
 
 double RandomStrategy::rank(const Choice& choice, const Stop& stop) const {

@@ -26,8 +26,19 @@ class PickStrategy : public FrontierStrategy {
   /// Whether a UAV under way keeps its target while that is open. No for ranks that get better on the way.
   virtual bool loyal() const { return false; }
 
+  /// Whether the UAVs decide in the order of their ranks, each knowing what those before it are going to see.
+  virtual bool takes_turns() const { return false; }
+
   void share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                  const std::vector<Stop>& stops, Assignment& assignment) override;
+
+ private:
+  struct Pick {
+    double rank;
+    std::size_t vehicle, stop;
+  };
+  Pick best_for(const AssignmentRequest& request, const Crew& crew, std::size_t vehicle, const std::vector<Stop>& stops,
+                const std::vector<bool>& taken) const;
 };
 
 /// The nearest frontier by the way there (Yamauchi 1997).
@@ -40,13 +51,14 @@ class NearestStrategy final : public PickStrategy {
   double rank(const Choice& choice, const Stop& stop) const override;
 };
 
-/// The most unknown volume in view for each second of flight (SPEC C8).
+/// The largest gain for each second of flight (SPEC C8).
 class GreedyStrategy final : public PickStrategy {
  public:
   using PickStrategy::PickStrategy;
   std::string_view name() const override { return "greedy"; }
 
  protected:
+  bool takes_turns() const override { return config().turn_taking; }
   double rank(const Choice& choice, const Stop& stop) const override;
 };
 

@@ -2,6 +2,7 @@
 
 #include "core/scan.hpp"
 #include "core/trajectory.hpp"
+#include "coverage3d/information_gain.hpp"
 #include "coverage3d/task_board.hpp"
 #include "planning3d/free_space.hpp"
 
@@ -21,8 +22,14 @@ struct Goal {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
   Eigen::Vector3d target_m = Eigen::Vector3d::Zero();  ///< centre of what is to be seen
-  double gain_m3 = 0.0;                                ///< unknown volume expected to be seen from there
+  double gain_m3 = 0.0;                                ///< what is expected to be learnt there: see ViewGain
   double travel_m = 0.0;
+};
+
+/// A pose from which a UAV is going to look.
+struct PlannedLook {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double yaw_rad = 0.0;
 };
 
 /// What a strategy sees of a UAV.
@@ -30,10 +37,11 @@ struct UavView {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< where the next plan departs from
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
-  bool wants_goal = false;   ///< false: keeps what it has; still counts when work is shared out
-  std::optional<Goal> goal;  ///< present goal
-  bool placed = true;        ///< false: where it is this map knows nothing; only its goal counts
-  bool shares_map = true;    ///< its scans are in this map
+  bool wants_goal = false;              ///< false: keeps what it has; still counts when work is shared out
+  std::optional<Goal> goal;             ///< present goal
+  std::vector<PlannedLook> ahead = {};  ///< on its commanded way, when it keeps its goal
+  bool placed = true;                   ///< false: where it is this map knows nothing; only its goal counts
+  bool shares_map = true;               ///< its scans are in this map
 };
 
 /// What a strategy is asked.
@@ -86,12 +94,15 @@ struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;
   Robot robot;
-  Aabb box;                         ///< task box: only frontiers inside count
-  std::vector<double> layers_m;     ///< given layers; empty = automatic
-  bool slice = false;               ///< viewpoints only at layer heights
-  double min_gain_m3 = 0.1;         ///< views that show less unknown volume are not worth a flight
-  double blacklist_radius_m = 0.6;  ///< SPEC B4
-  double blacklist_time_s = 120.0;  ///< expiry
+  Aabb box;                      ///< task box: only frontiers inside count
+  std::vector<double> layers_m;  ///< given layers; empty = automatic
+  bool slice = false;            ///< viewpoints only at layer heights
+  GainKind gain = GainKind::kVolume;
+  mapping::OccupancyParams occupancy;  ///< of the map; for gain kEntropy
+  bool turn_taking = true;             ///< UAVs plan knowing what the others are going to see; false: as if alone
+  double min_gain_m3 = 0.1;            ///< views that show less unknown volume are not worth a flight
+  double blacklist_radius_m = 0.6;     ///< SPEC B4
+  double blacklist_time_s = 120.0;     ///< expiry
   std::optional<FinishSlab> finish;
   std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
   double hybrid_switch = 0.7;           ///< ... when this share of the box is known

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 namespace stairwell::coverage3d {
@@ -21,13 +20,10 @@ constexpr int kGlanceCells = 10;
 constexpr double kRaySlack = 1.3;       // one return in so many neighbouring voxels is enough
 constexpr std::size_t kJudged = 12;     // candidates that get the full count
 constexpr std::size_t kSearched = 400;  // candidates of an exhaustive search
-constexpr double kGainStep_m = 0.2;
-constexpr double kGainSteps = 40.0;    // per ray, where the range is so long that steps of that size would be more
-constexpr double kSearchSteps = 25.0;  // likewise, along the reach of an exhaustive search
-constexpr int kGainRows = 6;
-constexpr double kKeptPart = 0.7;   // of a cluster's seen cells, when a view is turned to see more besides
-constexpr double kLeastSeen = 0.3;  // of what the best view sees of the cluster
-constexpr double kFieldFill = 0.9;  // part of the field of view that is relied on
+constexpr double kSearchSteps = 25.0;   // along the reach of an exhaustive search, where the range is long
+constexpr double kKeptPart = 0.7;       // of a cluster's seen cells, when a view is turned to see more besides
+constexpr double kLeastSeen = 0.3;      // of what the best view sees of the cluster
+constexpr double kFieldFill = 0.9;      // part of the field of view that is relied on
 
 int distance_cells(const VoxelIndex& a, const VoxelIndex& b) {
   return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
@@ -71,7 +67,13 @@ bool height_allowed(const GridSpec& grid, const std::vector<VoxelIndex>& layers,
   return between ? nearest * grid.resolution_m() > 0.5 : nearest == 0;
 }
 
+ViewGainConfig gain_config(const ViewpointConfig& config) {
+  return {config.sensor, config.box, config.gain, config.occupancy};
+}
+
 }  // namespace
+
+ViewpointSampler::ViewpointSampler(const ViewpointConfig& config) : config_(config), gain_(gain_config(config)) {}
 
 std::vector<ViewpointSampler::Target> ViewpointSampler::targets(const planning3d::FreeSpace& space,
                                                                 const FrontierCluster& cluster, int most) const {
@@ -127,59 +129,10 @@ bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vecto
   return seen;
 }
 
-ViewpointSampler::Panorama ViewpointSampler::panorama(const mapping::OccupancyMap& map,
-                                                      const Eigen::Vector3d& from_m) const {
-  Panorama sectors{};
-  const SensorModel& sensor = config_.sensor;
-  const double step_m = std::max({kGainStep_m, map.grid().resolution_m(), sensor.max_range_m / kGainSteps});
-  const int stride = sensor.panoramic() ? 2 : 1;  // only the sum is asked for
-  const double deepest_m = config_.gain_depth_part * sensor.max_range_m;
-  const double sin_lo = std::sin(sensor.elevation_lo_rad);
-  const double sin_hi = std::sin(sensor.elevation_hi_rad);
-  const double solid_angle = stride * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kGainRows;
-  for (int sector = 0; sector < kSectors; sector += stride) {
-    const double azimuth_rad = 2.0 * kPi * (sector + 0.5) / kSectors;
-    for (int row = 0; row < kGainRows; ++row) {
-      const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / kGainRows;
-      const double level = std::sqrt(1.0 - up * up);
-      const Eigen::Vector3d direction(level * std::cos(azimuth_rad), level * std::sin(azimuth_rad), up);
-      double depth_m = 0.0;
-      for (double r_m = step_m; r_m < sensor.max_range_m && depth_m < deepest_m; r_m += step_m) {
-        const Eigen::Vector3d point_m = from_m + r_m * direction;
-        if (!config_.box.contains(point_m)) break;
-        const VoxelIndex v = map.grid().index_of(point_m);
-        const Occupancy there = map.at(v);
-        if (there == Occupancy::kFree && !map.ever_hit(v)) continue;
-        if (there != Occupancy::kUnknown) break;
-        depth_m += step_m;
-        if (r_m >= sensor.min_range_m) sectors[static_cast<std::size_t>(sector)] += r_m * r_m * step_m * solid_angle;
-      }
-    }
-  }
-  return sectors;
-}
-
-double ViewpointSampler::in_view_m3(const Panorama& sectors, double yaw_rad) const {
-  if (config_.sensor.panoramic()) return std::accumulate(sectors.begin(), sectors.end(), 0.0);
-  constexpr double kPerRad = kSectors / (2.0 * kPi);
-  const double half = 0.5 * config_.sensor.azimuth_fov_rad * kPerRad;
-  const double middle = yaw_rad * kPerRad - 0.5;  // sector i is centred at i + 1/2
-  double sum_m3 = 0.0;
-  for (int i = static_cast<int>(std::ceil(middle - half)); i <= static_cast<int>(std::floor(middle + half)); ++i) {
-    sum_m3 += sectors[static_cast<std::size_t>(((i % kSectors) + kSectors) % kSectors)];
-  }
-  return sum_m3;
-}
-
-double ViewpointSampler::gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
-                                 double yaw_rad) const {
-  return in_view_m3(panorama(map, from_m), yaw_rad);
-}
-
 /// Turns a view, without losing much of its cluster, to where the most unknown space comes into sight with it.
 void ViewpointSampler::turn_to_most(const mapping::OccupancyMap& map, Viewpoint& view) const {
-  const Panorama sectors = panorama(map, view.position_m);
-  view.gain_m3 = in_view_m3(sectors, view.yaw_rad);
+  const ViewGain::Panorama sectors = gain_.panorama(map, view.position_m);
+  view.gain_m3 = gain_.in_view_m3(sectors, view.yaw_rad);
   if (config_.sensor.panoramic()) return;
   const double half_fov = 0.5 * kFieldFill * config_.sensor.azimuth_fov_rad;
   const auto cells_in_view = [&](double yaw_rad) {
@@ -192,9 +145,9 @@ void ViewpointSampler::turn_to_most(const mapping::OccupancyMap& map, Viewpoint&
   };
   const double seen = static_cast<double>(view.seen_cells.size());
   double best_yaw_rad = view.yaw_rad;
-  for (int sector = 0; sector < kSectors; ++sector) {
-    const double yaw_rad = wrap_angle(2.0 * kPi * sector / kSectors);
-    const double gain = in_view_m3(sectors, yaw_rad);
+  for (int sector = 0; sector < ViewGain::kSectors; ++sector) {
+    const double yaw_rad = wrap_angle(2.0 * kPi * sector / ViewGain::kSectors);
+    const double gain = gain_.in_view_m3(sectors, yaw_rad);
     if (gain <= view.gain_m3 || static_cast<double>(cells_in_view(yaw_rad).size()) < kKeptPart * seen) continue;
     view.gain_m3 = gain;
     best_yaw_rad = yaw_rad;

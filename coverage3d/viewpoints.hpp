@@ -3,11 +3,11 @@
 #include "core/aabb.hpp"
 #include "core/scan.hpp"
 #include "coverage3d/frontier_finder.hpp"
+#include "coverage3d/view_gain.hpp"
 #include "planning3d/free_space.hpp"
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -20,17 +20,18 @@ struct Viewpoint {
   VoxelIndex voxel;
   double yaw_rad = 0.0;
   double seen_fraction = 0.0;          ///< of the cluster's cells
-  double gain_m3 = 0.0;                ///< unknown volume in the whole field of view, looked at to a limited depth
+  double gain_m3 = 0.0;                ///< in the whole field of view: see ViewGain
   std::vector<VoxelIndex> seen_cells;  ///< a sample of the unknown voxels beside the frontier that come into sight
 };
 
 /// Where viewpoints are looked for and what they have to see.
 struct ViewpointConfig {
   SensorModel sensor;
-  Aabb box;                      ///< only unknown space inside counts as gain
+  Aabb box;                      ///< only space inside counts as gain
+  GainKind gain = GainKind::kVolume;
+  mapping::OccupancyParams occupancy;  ///< of the map
   double nearest_m = 0.4;        ///< least horizontal distance between viewpoint and cluster centre
   double range_fraction = 0.8;   ///< farthest: this times the sensor's range
-  double gain_depth_part = 0.6;  ///< space behind the frontier counts as deep as this part of the sensor's range
   int max_cells = 60;            ///< cells looked at per cluster
   bool planar = false;  ///< only what is unknown at a frontier voxel's own height counts (FrontierConfig::planar)
   int keep = 5;         ///< viewpoints returned
@@ -49,7 +50,7 @@ struct ViewpointPlaces {
 /// voxel on the ray that is not free is unknown and belongs to the cluster's border.
 class ViewpointSampler {
  public:
-  explicit ViewpointSampler(const ViewpointConfig& config) : config_(config) {}
+  explicit ViewpointSampler(const ViewpointConfig& config);
 
   /// Best first; empty when none sees anything.
   std::vector<Viewpoint> sample(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
@@ -66,17 +67,15 @@ class ViewpointSampler {
   /// Part of a cluster that is seen from a pose (with its yaw), by a few rays.
   double seen_part(const planning3d::FreeSpace& space, const Viewpoint& view, const FrontierCluster& cluster) const;
 
-  /// Unknown volume (m3) in the field of view of a pose (SPEC B4: expected information gain within a range): rays go
-  /// through known-free space up to the first occupied voxel and count the unknown, to a limited depth.
-  double gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad) const;
+  /// Of a pose: see ViewGain.
+  double gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad) const {
+    return gain_.gain_m3(map, from_m, yaw_rad);
+  }
 
+  const ViewGain& gain() const { return gain_; }
   const ViewpointConfig& config() const { return config_; }
 
  private:
-  static constexpr int kSectors = 24;
-  using Panorama = std::array<double, kSectors>;  ///< unknown volume per azimuth sector
-  Panorama panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m) const;
-  double in_view_m3(const Panorama& sectors, double yaw_rad) const;
   void turn_to_most(const mapping::OccupancyMap& map, Viewpoint& view) const;
   struct Target {
     VoxelIndex unknown;
@@ -93,6 +92,7 @@ class ViewpointSampler {
   Viewpoint judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel, const std::vector<Target>& targets) const;
 
   ViewpointConfig config_;
+  ViewGain gain_;
 };
 
 }  // namespace stairwell::coverage3d

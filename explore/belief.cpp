@@ -27,6 +27,9 @@ coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
   coverage.robot = config.robot;
   coverage.box = config.task_box;
   coverage.layers_m = config.layers_m;
+  coverage.gain = config.gain;
+  coverage.turn_taking = config.turn_taking;
+  coverage.occupancy = config.occupancy;
   coverage.slice = config.mode == Mode::kSlice;
   coverage.blacklist_radius_m = config.blacklist_radius_m;
   coverage.blacklist_time_s = config.blacklist_time_s;

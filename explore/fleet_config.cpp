@@ -53,6 +53,9 @@ std::vector<std::string> FleetConfig::problems() const {
                        finish_slab->hi_m > task_box.min_m.z())) {
     found.emplace_back("finish frontier:Z0..Z1 needs Z0 < Z1, and heights inside the box");
   }
+  if (gain == coverage3d::GainKind::kEntropy && !(occupancy.p_miss < 0.5 && occupancy.p_hit > 0.5)) {
+    found.emplace_back("gain entropy needs p_miss below 0.5 and p_hit above it");
+  }
   for (const double layer_m : layers_m) {
     if (!std::isfinite(layer_m) || layer_m < task_box.min_m.z() || layer_m > task_box.max_m.z()) {
       found.push_back("layer " + std::to_string(layer_m) + " m lies outside the box");

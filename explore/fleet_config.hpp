@@ -56,6 +56,8 @@ struct FleetConfig {
   /// is asked when it has none.
   std::function<std::unique_ptr<planning3d::Planner>()> own_planner;
   std::string coverage = "frontiers";
+  bool turn_taking = true;  ///< UAVs plan knowing what the others are going to see; false: as if alone
+  coverage3d::GainKind gain = coverage3d::GainKind::kVolume;
   std::string hybrid_first = "greedy";  ///< coverage `hybrid`: what decides before k-means does ...
   double hybrid_switch = 0.7;           ///< ... from when this share of the box is known
   /// A strategy of one's own instead of `coverage`; called once.

@@ -32,6 +32,7 @@ constexpr double kRescan_m = 0.5;         // no second radial scan within this d
 constexpr double kLatencyHeadroom = 1.5;  // plans depart this many of the last computing times ahead
 constexpr double kMaxLatency_s = 1.0;
 constexpr double kMakeWayReach_m = 4.0;
+constexpr double kLookEvery_s = 0.5;
 
 bool same_goal(const Goal& a, const Goal& b) {
   return (a.position_m - b.position_m).norm() < kSameGoal_m &&
@@ -59,6 +60,16 @@ std::optional<Eigen::Vector3d> nearest_refuge(const planning3d::FreeSpace& space
     }
   }
   return best_m;
+}
+
+/// Where the motion leads, every now and then until it ends.
+std::vector<coverage3d::PlannedLook> looks_ahead(const Trajectory& motion, double time_s) {
+  std::vector<coverage3d::PlannedLook> looks;
+  for (double at_s = time_s + kLookEvery_s; at_s < motion.end_time_s(); at_s += kLookEvery_s) {
+    const MotionState state = motion.sample(at_s);
+    looks.push_back({state.position_m, state.yaw_rad});
+  }
+  return looks;
 }
 
 }  // namespace
@@ -193,6 +204,7 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
     view.yaw_rad = state.yaw_rad;
     if (!forgotten(uav)) view.goal = uav.goal;
     view.wants_goal = std::find(wanting.begin(), wanting.end(), uav.id) != wanting.end();
+    if (view.goal && !view.wants_goal) view.ahead = looks_ahead(uav.commanded(), now_s());
     view.placed = !uav.retired() && (belief.has(uav.id) || belief.map.at(state.position_m) == Occupancy::kFree);
     view.shares_map = belief.has(uav.id);
   }

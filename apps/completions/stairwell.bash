@@ -8,12 +8,13 @@ _stairwell() {
     --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --attraction) COMPREPLY=($(compgen -W "cone geodesic" -- "$current")); return ;;
     --coverage) COMPREPLY=($(compgen -W "layers frontiers kmeans hybrid nearest greedy lawnmower random" -- "$current")); return ;;
+    --gain) COMPREPLY=($(compgen -W "volume entropy" -- "$current")); return ;;
     --algo) COMPREPLY=($(compgen -W "bc dagger" -- "$current")); return ;;
     --head) COMPREPLY=($(compgen -W "unit_vector angles" -- "$current")); return ;;
     --device) COMPREPLY=($(compgen -W "cpu cuda" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
-    --charge-planning | --noise | --experience) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
+    --charge-planning | --noise | --experience | --turn-taking) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --modes) COMPREPLY=($(compgen -W "slice,volume slice volume" -- "$current")); return ;;
     --bound) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
@@ -28,17 +29,17 @@ _stairwell() {
   local options=""
   case "${COMP_WORDS[1]}" in
     explore)
-      options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --layers
+      options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
         --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning
         --limits --radio-range --finish --return --battery-min --lose --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     bound)
       options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
-        --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size
-        --voxel-size --config --set --json --help" ;;
+        --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --seed --extrude-height --point-size
+        --voxel-size --config --set --json --quiet --help" ;;
     compare)
-      options="--modes --planners --coverage --uavs --seeds --jobs --bound --start --box --fallback --avoidance --layers
+      options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --box --fallback --avoidance --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
         --yaw-acc-deg --motion --robot-radius --resolution --time-limit --target-coverage --charge-planning
         --config --set --out --json --quiet --help" ;;

@@ -223,6 +223,43 @@ TEST_CASE("lists of counts and words") {
   }
 }
 
+TEST_CASE("what is varied is run in every combination and compared") {
+  const fs::path folder = fresh_folder("varied_sweep");
+  SweepConfig config;
+  config.worlds = {testing::write_room(folder).string()};
+  config.seeds = {1, 2};
+  config.uavs = {1};
+  config.coverages = {"frontiers", "nearest"};
+  config.out = folder / "sweep";
+  config.varied = {parse_varied("gain=volume,entropy"), parse_varied("limits_norm=euclidean,per-axis")};
+  const std::vector<SweepRun> runs = plan_sweep(config);
+  REQUIRE(runs.size() == 16);
+  CHECK(runs[0].name == "room-volume-astar-frontiers-gain=volume-limits_norm=euclidean-1-1");
+  CHECK(runs[1].variant == "gain=volume limits_norm=per-axis");
+  CHECK(runs[2].variant == "gain=entropy limits_norm=euclidean");
+  for (const char* bad : {"gain", "gain=", "gain=a,,b", "gains=1", "seed=1,2", "coverage=nearest", "gain=a b", "=1"}) {
+    INFO(bad);
+    CHECK_THROWS_AS(parse_varied(bad), InputError);
+  }
+  config.varied = {parse_varied("gain=volume,charm")};
+  CHECK_THROWS_WITH(plan_sweep(config), Contains("charm"));
+
+  std::vector<SweepRun> flown;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    for (const char* variant : {"gain=volume", "gain=entropy"}) {
+      const bool entropy = std::string(variant) == "gain=entropy";
+      flown.push_back(
+          fake_run(folder / variant, "frontiers", seed, (entropy ? 30.0 : 20.0) + static_cast<double>(seed)));
+      flown.back().variant = variant;
+    }
+  const Comparison comparison = read_comparison(flown);
+  REQUIRE(comparison.rows.size() == 2);
+  CHECK(comparison.differences.front().pairs == 5);
+  CHECK(nlohmann::json::parse(comparison_json(comparison))[1]["variant"] == "gain=entropy");
+  CHECK_THAT(comparison_markdown(comparison), Contains("frontiers gain=entropy"));
+  CHECK_THAT(runs_csv(comparison), Contains("frontiers,gain=entropy,1,"));
+}
+
 TEST_CASE("a sweep refuses what cannot be run before anything runs") {
   const fs::path folder = fresh_folder("bad_sweep");
   const fs::path room = testing::write_room(folder);

@@ -1,0 +1,115 @@
+#include "coverage3d/view_gain.hpp"
+
+#include "core/units.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace stairwell::coverage3d {
+namespace {
+
+constexpr double kStep_m = 0.2;
+constexpr double kSteps = 40.0;  // per ray, where the range is so long that steps of that size would be more
+constexpr int kRows = 6;
+constexpr double kDepthPart = 0.6;  // space behind a frontier counts as deep as this part of the sensor's range
+
+constexpr double kCell_m = 0.4;  // of what is foreseen
+
+/// @param up sine of the elevation
+Eigen::Vector3d direction_of(double azimuth_rad, double up) {
+  const double level = std::sqrt(1.0 - up * up);
+  return {level * std::cos(azimuth_rad), level * std::sin(azimuth_rad), up};
+}
+
+}  // namespace
+
+Foreseen::Foreseen(const GridSpec& grid)
+    : step_(std::max(1, static_cast<int>(std::lround(kCell_m / grid.resolution_m())))),
+      cell_m_(step_ * grid.resolution_m()) {
+  for (std::size_t axis = 0; axis < 3; ++axis) size_[axis] = static_cast<std::size_t>(grid.size()[axis] / step_ + 1);
+  cells_.assign(size_[0] * size_[1] * size_[2], false);
+}
+
+ViewGain::ViewGain(const ViewGainConfig& config) : config_(config) {
+  if (config.kind == GainKind::kEntropy) information_.emplace(config.occupancy);
+}
+
+double ViewGain::step_m(const mapping::OccupancyMap& map) const {
+  return std::max({kStep_m, map.grid().resolution_m(), config_.sensor.max_range_m / kSteps});
+}
+
+template <typename Each>
+void ViewGain::follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
+                      double step_m, const Each& each) const {
+  const double deepest_m = kDepthPart * config_.sensor.max_range_m;
+  double depth_m = 0.0;
+  for (double r_m = step_m; r_m < config_.sensor.max_range_m && depth_m < deepest_m; r_m += step_m) {
+    const Eigen::Vector3d point_m = from_m + r_m * direction;
+    if (!config_.box.contains(point_m)) return;
+    const VoxelIndex v = map.grid().index_of(point_m);
+    const Occupancy there = map.at(v);
+    const bool unknown = there == Occupancy::kUnknown;
+    if (unknown) depth_m += step_m;
+    if (r_m >= config_.sensor.min_range_m && map.grid().contains(v)) each(v, r_m, unknown);
+    if (there == Occupancy::kOccupied || (!unknown && map.ever_hit(v))) return;
+  }
+}
+
+ViewGain::Panorama ViewGain::panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
+                                      const Foreseen* foreseen) const {
+  Panorama sectors{};
+  const SensorModel& sensor = config_.sensor;
+  const int stride = sensor.panoramic() ? 2 : 1;  // only the sum is asked for
+  const double step = step_m(map);
+  const double sin_lo = std::sin(sensor.elevation_lo_rad);
+  const double sin_hi = std::sin(sensor.elevation_hi_rad);
+  const double solid_angle = stride * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kRows;
+  for (int sector = 0; sector < kSectors; sector += stride) {
+    double sum_m3 = 0.0;
+    for (int row = 0; row < kRows; ++row) {
+      const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / kRows;
+      follow(map, from_m, direction_of(2.0 * kPi * (sector + 0.5) / kSectors, up), step,
+             [&](const VoxelIndex& v, double r_m, bool unknown) {
+               if (foreseen != nullptr && foreseen->has(v)) return;
+               const double part = unknown ? 1.0 : information_ ? information_->part_of_unknown(map.log_odds(v)) : 0.0;
+               sum_m3 += part * r_m * r_m * step * solid_angle;
+             });
+    }
+    sectors[static_cast<std::size_t>(sector)] = sum_m3;
+  }
+  return sectors;
+}
+
+void ViewGain::foresee(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad,
+                       Foreseen& foreseen) const {
+  const SensorModel& sensor = config_.sensor;
+  const double spacing_rad = foreseen.cell_m() / sensor.max_range_m;
+  const double sin_lo = std::sin(sensor.elevation_lo_rad);
+  const double sin_hi = std::sin(sensor.elevation_hi_rad);
+  const int columns = static_cast<int>(std::ceil(sensor.azimuth_fov_rad / spacing_rad));
+  const int rows = static_cast<int>(std::ceil((sin_hi - sin_lo) / spacing_rad));
+  const double step = step_m(map);
+  for (int column = 0; column < columns; ++column) {
+    const double azimuth_rad = yaw_rad + sensor.azimuth_fov_rad * ((column + 0.5) / columns - 0.5);
+    for (int row = 0; row < rows; ++row) {
+      const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / rows;
+      follow(map, from_m, direction_of(azimuth_rad, up), step,
+             [&](const VoxelIndex& v, double, bool) { foreseen.mark(v); });
+    }
+  }
+}
+
+double ViewGain::in_view_m3(const Panorama& sectors, double yaw_rad) const {
+  if (config_.sensor.panoramic()) return std::accumulate(sectors.begin(), sectors.end(), 0.0);
+  constexpr double kPerRad = kSectors / (2.0 * kPi);
+  const double half = 0.5 * config_.sensor.azimuth_fov_rad * kPerRad;
+  const double middle = yaw_rad * kPerRad - 0.5;  // sector i is centred at i + 1/2
+  double sum_m3 = 0.0;
+  for (int i = static_cast<int>(std::ceil(middle - half)); i <= static_cast<int>(std::floor(middle + half)); ++i) {
+    sum_m3 += sectors[static_cast<std::size_t>(((i % kSectors) + kSectors) % kSectors)];
+  }
+  return sum_m3;
+}
+
+}  // namespace stairwell::coverage3d
