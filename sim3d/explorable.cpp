@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace stairwell::sim3d {
@@ -240,6 +242,49 @@ class TargetFinder {
   std::vector<std::uint32_t> triangles_;
 };
 
+/// Looks at the voxels of one block after the other, from poses around it.
+class BlockViewer {
+ public:
+  BlockViewer(const GroundTruth& truth, const std::vector<std::uint8_t>& reachable,
+              const std::vector<std::uint8_t>& candidates, const ViewPoses& view_poses, const RayCaster& caster,
+              const SensorModel& sensor, const Aabb& task_box, int rays_per_voxel)
+      : grid_(truth.grid()),
+        reachable_(reachable),
+        candidates_(candidates),
+        view_poses_(view_poses),
+        task_box_(task_box),
+        most_poses_(static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel)),
+        viewer_(truth.grid(), caster, sensor, rays_per_voxel),
+        targets_(truth, candidates) {}
+
+  /// Marks what is seen of the block.
+  void look(const VoxelIndex& corner, std::vector<std::uint8_t>& seen) {
+    bool poses_known = false;
+    for_each_in_block(grid_, corner, view_poses_.block_edge(), [&](const VoxelIndex& v) {
+      const std::size_t index = grid_.linear(v);
+      if (candidates_[index] == 0 || !task_box_.contains(grid_.center_of(v))) return;
+      if (reachable_[index] != 0) {
+        seen[index] = 1;
+        return;
+      }
+      if (!poses_known) view_poses_.around(corner, most_poses_, poses_m_);
+      poses_known = true;
+      seen[index] = viewer_.sees(v, targets_.find(v), poses_m_) ? 1 : 0;
+    });
+  }
+
+ private:
+  const GridSpec& grid_;
+  const std::vector<std::uint8_t>& reachable_;
+  const std::vector<std::uint8_t>& candidates_;
+  const ViewPoses& view_poses_;
+  const Aabb& task_box_;
+  std::size_t most_poses_;
+  Viewer viewer_;
+  TargetFinder targets_;
+  std::vector<Eigen::Vector3d> poses_m_;
+};
+
 }  // namespace
 
 std::vector<std::uint8_t> GroundTruth::explorable(const std::vector<std::uint8_t>& reachable, const RayCaster& caster,
@@ -250,29 +295,21 @@ std::vector<std::uint8_t> GroundTruth::explorable(const std::vector<std::uint8_t
   if (rays_per_voxel < 1 || std::find(reachable.begin(), reachable.end(), 1) == reachable.end()) return seen;
   const std::vector<std::uint8_t> candidates = view_candidates(*this, reachable);
   const ViewPoses view_poses(grid_, reachable, sensor);
-  const std::size_t most_poses = static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel);
-  Viewer viewer(grid_, caster, sensor, rays_per_voxel);
-  std::vector<Eigen::Vector3d> poses_m;
-  TargetFinder targets(*this, candidates);
-  const auto look_at_block = [&](const VoxelIndex& corner) {
-    bool poses_known = false;
-    for_each_in_block(grid_, corner, view_poses.block_edge(), [&](const VoxelIndex& v) {
-      const std::size_t index = grid_.linear(v);
-      if (candidates[index] == 0 || !task_box.contains(grid_.center_of(v))) return;
-      if (reachable[index] != 0) {
-        seen[index] = 1;
-        return;
-      }
-      if (!poses_known) view_poses.around(corner, most_poses, poses_m);
-      poses_known = true;
-      seen[index] = viewer.sees(v, targets.find(v), poses_m) ? 1 : 0;
-    });
-  };
   const int edge = view_poses.block_edge();
-  for (int z = 0; z < grid_.size()[2]; z += edge) {
-    for (int y = 0; y < grid_.size()[1]; y += edge) {
-      for (int x = 0; x < grid_.size()[0]; x += edge) look_at_block({x, y, z});
+  // Blocks do not depend on each other: threads take layers of them, and the result is the same for any number.
+  std::atomic<int> next_z{0};
+  const auto look_at_layers = [&] {
+    BlockViewer viewer(*this, reachable, candidates, view_poses, caster, sensor, task_box, rays_per_voxel);
+    for (int z = next_z.fetch_add(edge); z < grid_.size()[2]; z = next_z.fetch_add(edge)) {
+      for (int y = 0; y < grid_.size()[1]; y += edge) {
+        for (int x = 0; x < grid_.size()[0]; x += edge) viewer.look({x, y, z}, seen);
+      }
     }
+  };
+  {
+    std::vector<std::jthread> helpers(std::max(1U, std::thread::hardware_concurrency()) - 1);
+    for (std::jthread& helper : helpers) helper = std::jthread(look_at_layers);
+    look_at_layers();
   }
   return seen;
 }
