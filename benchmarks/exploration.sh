@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes the tables of exploration again: every row is a set of runs of `stairwell compare`, resumed where a former call stopped.
-#   benchmarks/exploration.sh [--quick] [TABLE..]     tables: worlds baselines duplex cubicle thesis map3d tower (default: all)
+#   benchmarks/exploration.sh [--quick] [TABLE..]     tables: worlds baselines duplex cubicle c2 thesis map3d tower turns twelve
+#   (default: all but twelve, which takes hours)
 #   DATA=DIR     folder with buildings/, multi_uav/ and thesis/; without it only the own worlds are explored
 #   SEEDS=1..10  JOBS=2  RUNS=runs/exploration  OUT=$RUNS/tables.md  PROGRAM=build/release/bin/stairwell
 # --quick: seeds 1 and 2 only. Arguments after -- go to every `stairwell compare`.
@@ -24,7 +25,7 @@ while [[ $# -gt 0 ]]; do
   shift
 done
 more=("$@")
-[[ ${#wanted[@]} -gt 0 ]] || wanted=(worlds baselines duplex cubicle thesis map3d tower)
+[[ ${#wanted[@]} -gt 0 ]] || wanted=(worlds baselines duplex cubicle c2 thesis map3d tower turns)
 [[ -x $program ]] || { echo "exploration.sh: $program is missing; run scripts/build.sh first" >&2; exit 1; }
 mkdir -p "$runs" "$(dirname "$out")"
 status=0
@@ -72,12 +73,33 @@ table_duplex() {
     --coverage frontiers,nearest,greedy --uavs 1
 }
 
+cubicle_task=(--box=-14.7,-15.7,0.5,15.6,15.1,2.0 --start=-13.5,0,1 --start=-13.5,-1,1 --start=-13.5,1,1 --start=-13.5,2,1
+  --sensor lidar --fov-deg 360x-7..45 --samples 20000 --range 10 --vmax 2 --amax 2 --yaw-rate-deg 60 --yaw-acc-deg 90)
 table_cubicle() {
   need_data cubicle || return 0
-  sweep cubicle "Cubicle office (C2-Explorer's), one shared map" "$data/multi_uav/cubicle_office.pcd" \
-    --box=-14.7,-15.7,0.5,15.6,15.1,2.0 --start=-13.5,0,1 --start=-13.5,-1,1 --start=-13.5,1,1 --start=-13.5,2,1 \
-    --sensor lidar --fov-deg 360x-7..45 --samples 20000 --range 10 --vmax 2 --amax 2 --yaw-rate-deg 60 --yaw-acc-deg 90 \
-    --uavs 2,3,4
+  sweep cubicle "Cubicle office (C2-Explorer's), strict: one shared map, Euclidean limits, to 99 %" \
+    "$data/multi_uav/cubicle_office.pcd" "${cubicle_task[@]}" --target-coverage 0.99 --uavs 2,3,4
+}
+
+table_c2() {
+  need_data c2 || return 0
+  sweep c2 "Cubicle office by C2-Explorer's rules" "$data/multi_uav/cubicle_office.pcd" "${cubicle_task[@]}" \
+    --limits per-axis --radio-range 5 --finish frontier:1..1.5 --uavs 2,3,4 --bound off
+  python3 benchmarks/metrics_table.py "$runs/c2" last_motion_s finish_rule_met_s path_length_m coverage >>"$page"
+}
+
+table_turns() {
+  sweep turns "Turn-taking, three UAVs" worlds/duplex.sdf worlds/collapsed.sdf --coverage frontiers,greedy \
+    --vary turn_taking=off,on --uavs 3 --noise on --charge-planning off --bound off
+}
+
+# Made here, too large to keep.
+table_twelve() {
+  [[ -f $runs/twelve.sdf ]] ||
+    "$program" world generate --storeys 12 --width 100 --depth 100 --storey-height 2.5 --seed 1 -o "$runs/twelve.sdf"
+  sweep twelve "Twelve storeys of 100 x 100 m, eight UAVs" "$runs/twelve.sdf" --uavs 8 --sensor lidar --resolution 0.2 \
+    --rate-hz 2 --charge-planning off --bound off
+  python3 benchmarks/metrics_table.py "$runs/twelve" finish_s coverage plan_ms.p50 plan_ms.p99 wall_s peak_rss_mib >>"$page"
 }
 
 # The thesis's maps are plane: a slab 0.6 m thick, a UAV moves 0.12 m in a step of 0.1 s, it sees 3 m far.
