@@ -44,7 +44,7 @@ class Follower final : public planning3d::Planner {
     const planning3d::SegmentCheck check(space, request.keep_out, request.start_m);
     planning3d::ArrivalField field({.plane = input_.plane});
     field.compute(space, check, request.goal_m, request.start_m);
-    if (taught_) teacher_.begin(space, check, request.goal_m);
+    if (taught_) teacher_.begin(space, check, request.goal_m, request.start_m);
     planning3d::AgentView view(input_);
     view.begin(space, request.keep_out, field);
     planning3d::Rollout rollout(check, view, field, {}, request.start_m);
