@@ -257,7 +257,7 @@ TrainingWorld random_training_world(bool plane, Rng& rng) {
   StoreyWorldConfig config;
   const Robot robot{rng.uniform(0.18, 0.3), 0.0};
   const VoxelScene scene = make_storey_scene(config, rng);
-  if (rng.uniform() < 0.65) return {scene, robot};
+  if (rng.uniform() < 0.5) return {scene, robot};
   const TrainingWorld known(scene, robot);
   std::vector<Eigen::Vector3d> places;
   for (int i = rng.uniform_int(3, 10); i > 0; --i) {
