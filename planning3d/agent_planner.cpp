@@ -69,16 +69,22 @@ PlanStatus AgentPlanner::fly(const FreeSpace& space, const SegmentCheck& check, 
   if (!field_.compute(space, check, goal_m, start_m, [&request] { return request.late(); })) {
     return PlanStatus::kTimedOut;
   }
-  view_.begin(space, request.keep_out, field_);
-  Rollout rollout(check, view_, field_, config_.rollout, start_m);
-  while (rollout.look(seen_)) {
-    if (looks++ >= request.max_expansions || request.late()) return PlanStatus::kTimedOut;
-    rollout.move(direction(seen_));
+  const auto lost = [this] { return last_end_ == RolloutEnd::kNoProgress || last_end_ == RolloutEnd::kTooLong; };
+  std::vector<Eigen::Vector3d> flown_m;
+  for (RolloutConfig config = config_.rollout;; config.keep = config_.second_keep) {
+    view_.begin(space, request.keep_out, field_);
+    Rollout rollout(check, view_, field_, config, start_m);
+    while (rollout.look(seen_)) {
+      if (looks++ >= request.max_expansions || request.late()) return PlanStatus::kTimedOut;
+      rollout.move(direction(seen_));
+    }
+    last_end_ = rollout.end();
+    flown_m = rollout.path_m();
+    if (!lost() || config.keep == config_.second_keep || !(config_.second_keep > 0.0)) break;
   }
-  last_end_ = rollout.end();
-  if (last_end_ == RolloutEnd::kNoProgress || last_end_ == RolloutEnd::kTooLong) return PlanStatus::kLocalMinimum;
+  if (lost()) return PlanStatus::kLocalMinimum;
   if (last_end_ != RolloutEnd::kReached) return PlanStatus::kNoPath;
-  const std::vector<Eigen::Vector3d> flown_m = smooth_path(check, rollout.path_m(), config_.smoothings);
+  flown_m = straighten_path(check, smooth_path(check, std::move(flown_m), config_.smoothings));
   path_m.insert(path_m.end(), flown_m.begin() + 1, flown_m.end());
   return PlanStatus::kReached;
 }

@@ -22,9 +22,10 @@ inline constexpr int kSmoothings = 40;
 /// something or there is no way (or, for the slice agent by the volume rule, the goal is in another layer).
 class AgentPlanner final : public Planner {
  public:
-  /// Settings of the walk and of the smoothing after it.
+  /// Settings of the flight and of what is made of it.
   struct Config {
     RolloutConfig rollout;
+    double second_keep = 0.8;  ///< RolloutConfig::keep of a second flight, where the first lost its way; 0: none
     int smoothings = kSmoothings;
   };
   /// @throws InputError for a model that is not one of a path agent
