@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -196,6 +197,23 @@ TEST_CASE("agents that do not know what they do answer honestly", "[agent]") {
     CHECK((result.status == PlanStatus::kLocalMinimum || result.status == PlanStatus::kNoPath));
     CHECK(result.path_m.empty());
   }
+}
+
+TEST_CASE("an agent that lost its way flies once more, and says so", "[agent]") {
+  const train::TrainingWorld world(two_rooms(), Robot{0.25, 0.0});
+  const FreeSpace space = world.space();
+  PlanRequest request;
+  request.start_m = {2.05, 4.05, 1.05};
+  request.goal_m = {2.05, 6.05, 1.05};
+  nn::Model model = testing::random_agent(AgentInput::slice());
+  std::ranges::fill(model.parameters, 0.0F);
+  model.parameters.back() = 1.0F;  // the bias of y: always to the left of the way, round and round
+  AgentPlanner::Config once;
+  once.second_keep = 0.0;
+  AgentPlanner one(model, once), two(model);
+  const PlanResult first = one.plan(space, request), both = two.plan(space, request);
+  CHECK(first.status == PlanStatus::kLocalMinimum);
+  CHECK(both.expansions > first.expansions + 40);
 }
 
 TEST_CASE("a model of another kind is refused", "[agent]") {
