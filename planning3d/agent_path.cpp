@@ -2,46 +2,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace stairwell::planning3d {
 
 namespace {
 
 constexpr double kSpacing_m = 0.06;  // of the places where the room along a line is asked for
-constexpr double kGive_m = 0.02;     // so much nearer to obstacles than before is no loss
+constexpr double kGive_m = 0.005;    // so much nearer to obstacles than before is no loss
 
-double least_room_m(const FreeSpace& space, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
-                    double comfort_m) {
+double least_room_m(const FreeSpace& space, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
   const int pieces = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / kSpacing_m)));
-  double room_m = comfort_m;
+  double room_m = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= pieces; ++i) {
     room_m = std::min(room_m, space.room_m(from_m + static_cast<double>(i) / pieces * (to_m - from_m)));
   }
   return room_m;
 }
 
-/// A path's corner, and the room that its legs have to leave.
+/// A path's corner, and the room that the leg to it has to leave.
 struct Corner {
   Eigen::Vector3d at_m;
   double room_before_m;
 };
 
+bool may_be(const SegmentCheck& check, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double room_m,
+            double comfort_m) {
+  if (check.sweep_free(from_m, to_m, comfort_m)) return true;
+  return least_room_m(check.space(), from_m, to_m) >= room_m && check.sweep_free(from_m, to_m);
+}
+
 /// From each point on to one that can be flown to straight, as far on as that goes.
 std::vector<Corner> corners(const SegmentCheck& check, const std::vector<Eigen::Vector3d>& path_m, double comfort_m) {
   constexpr std::size_t kMisses = 6;  // around round corners sight comes and goes
-  const FreeSpace& space = check.space();
-  std::vector<double> room_m;  // of each leg
+  std::vector<double> room_m;         // of each leg
   for (std::size_t i = 1; i < path_m.size(); ++i) {
-    room_m.push_back(least_room_m(space, path_m[i - 1], path_m[i], comfort_m));
+    room_m.push_back(least_room_m(check.space(), path_m[i - 1], path_m[i]) - kGive_m);
   }
-  std::vector<Corner> kept{{path_m.front(), comfort_m}};
+  std::vector<Corner> kept{{path_m.front(), 0.0}};
   for (std::size_t i = 0; i + 1 < path_m.size();) {
     std::size_t reach = i + 1;
-    double along_m = room_m[i] - kGive_m, reached_m = along_m;
+    double along_m = room_m[i], reached_m = along_m;
     for (std::size_t j = i + 2; j < path_m.size() && j - reach <= kMisses; ++j) {
-      along_m = std::min(along_m, room_m[j - 1] - kGive_m);
-      if (least_room_m(space, path_m[i], path_m[j], comfort_m) < along_m) continue;
-      if (!check.sweep_free(path_m[i], path_m[j])) continue;
+      along_m = std::min(along_m, room_m[j - 1]);
+      if (!may_be(check, path_m[i], path_m[j], along_m, comfort_m)) continue;
       reach = j;
       reached_m = along_m;
     }
@@ -49,11 +53,6 @@ std::vector<Corner> corners(const SegmentCheck& check, const std::vector<Eigen::
     i = reach;
   }
   return kept;
-}
-
-bool may_be(const SegmentCheck& check, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double room_m,
-            double comfort_m) {
-  return least_room_m(check.space(), from_m, to_m, comfort_m) >= room_m && check.sweep_free(from_m, to_m);
 }
 
 /// Leaves out corners that are not needed, draws the others in towards the line between their neighbours.
@@ -70,14 +69,26 @@ void draw_in(const SegmentCheck& check, std::vector<Corner>& path, double comfor
     const Eigen::Vector3d foot_m = before_m + line * (here_m - before_m).dot(line);
     for (double part = 0.5; part > 0.05; part *= 0.5) {
       const Eigen::Vector3d to_m = path[k].at_m + part * (foot_m - here_m);
-      if (!may_be(check, before_m, to_m, path[k].room_before_m, comfort_m) ||
-          !may_be(check, to_m, after_m, path[k + 1].room_before_m, comfort_m)) {
-        continue;
+      if (may_be(check, before_m, to_m, path[k].room_before_m, comfort_m) &&
+          may_be(check, to_m, after_m, path[k + 1].room_before_m, comfort_m)) {
+        path[k].at_m = to_m;
       }
-      path[k].at_m = to_m;
     }
     ++k;
   }
+}
+
+std::vector<Eigen::Vector3d> subdivided(const std::vector<Eigen::Vector3d>& path_m) {
+  constexpr double kStep_m = 0.12;
+  std::vector<Eigen::Vector3d> points_m{path_m.front()};
+  for (std::size_t i = 1; i < path_m.size(); ++i) {
+    const Eigen::Vector3d leg_m = path_m[i] - path_m[i - 1];
+    const int pieces = std::max(1, static_cast<int>(std::ceil(leg_m.norm() / kStep_m)));
+    for (int k = 1; k <= pieces; ++k) {
+      points_m.emplace_back(k == pieces ? path_m[i] : path_m[i - 1] + static_cast<double>(k) / pieces * leg_m);
+    }
+  }
+  return points_m;
 }
 
 }  // namespace
@@ -108,15 +119,17 @@ std::vector<Eigen::Vector3d> smooth_path(const SegmentCheck& check, std::vector<
   return path_m;
 }
 
-std::vector<Eigen::Vector3d> straighten_path(const SegmentCheck& check, const std::vector<Eigen::Vector3d>& path_m,
+std::vector<Eigen::Vector3d> straighten_path(const SegmentCheck& check, std::vector<Eigen::Vector3d> path_m,
                                              double comfort_m) {
   constexpr int kRounds = 4;
   if (path_m.size() < 3) return path_m;
-  std::vector<Corner> path = corners(check, path_m, comfort_m);
-  for (int round = 0; round < kRounds; ++round) draw_in(check, path, comfort_m);
-  std::vector<Eigen::Vector3d> straight_m;
-  for (const Corner& corner : path) straight_m.push_back(corner.at_m);
-  return straight_m;
+  for (int pass = 0; pass < 2; ++pass) {  // there and back: the corners found first are the freest
+    std::vector<Corner> path = corners(check, subdivided(path_m), comfort_m);
+    for (int round = 0; round < kRounds; ++round) draw_in(check, path, comfort_m);
+    path_m.clear();
+    for (const Corner& corner : path) path_m.insert(path_m.begin(), corner.at_m);
+  }
+  return path_m;
 }
 
 }  // namespace stairwell::planning3d

@@ -179,10 +179,11 @@ TEST_CASE("straightening leaves few corners and the room there was", "[agent]") 
   CHECK(straight_m.size() < 9);
   CHECK(path_length_m(straight_m) < path_length_m(path_m));
   CHECK(SafetyCheck().check_path(space, straight_m).safe());
-  CHECK(least_room(straight_m) > std::min(0.25, least_room(path_m)) - 0.03);
+  CHECK(least_room(straight_m) > std::min(0.15, least_room(path_m)) - 0.03);
   for (std::size_t i = 1; i < straight_m.size(); ++i) CHECK(check.sweep_free(straight_m[i - 1], straight_m[i]));
   const std::vector<Eigen::Vector3d> short_m{{1, 1, 1}, {1, 2, 1}};
   CHECK(straighten_path(check, short_m) == short_m);
+  CHECK(straighten_path(check, {{1, 1, 1}, {1.1, 1.5, 1}, {1, 2, 1}}) == short_m);
 }
 
 TEST_CASE("agents that do not know what they do answer honestly", "[agent]") {
