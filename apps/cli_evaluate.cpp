@@ -28,7 +28,9 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  stairwell evaluate models/path2d.model --suite worlds/suites/slices_thesis.yaml\n"
     "  stairwell evaluate models/path3d.model --suite worlds/suites/storeys_known.yaml --json\n"
-    "Beside the agent: A* on the same tasks, and the field that the agent is shown, followed without a network.\n"
+    "agent: alone, with no search and no safety check behind it. strict: where a step that the network wants does not\n"
+    "fit, it has failed. agent+net: with the safety check and A*. Beside it A*, the field that the agent is shown,\n"
+    "followed without a network (way), and the teacher.\n"
     "Exit codes: 0 evaluated, 1 interrupted, 2 bad input.";
 
 struct EvaluateWords {
@@ -121,7 +123,7 @@ ordered_json report_of(const EvaluationSuite& suite, const nn::Model& model, con
       {"plan_ms", result.raw.plan_ms},
       {"failures", result.failures}};
   for (const PlannerFigures* f :
-       {&result.raw, &result.slide, &result.net, &result.astar, &result.way, &result.teacher}) {
+       {&result.raw, &result.strict, &result.net, &result.astar, &result.way, &result.teacher}) {
     report["planners"][f->planner] = figures_json(*f);
   }
   return report;
@@ -134,7 +136,7 @@ void print_table(std::ostream& out, const EvaluationSuite& suite, const train::E
                 "max ms");
   out << line;
   for (const PlannerFigures* f :
-       {&result.raw, &result.slide, &result.net, &result.astar, &result.way, &result.teacher}) {
+       {&result.raw, &result.strict, &result.net, &result.astar, &result.way, &result.teacher}) {
     std::snprintf(line, sizeof line, "%-12s %8.2f%% %9.3f %12.3f %12.3f %9.2f %9.2f %9.2f\n", f->planner.c_str(),
                   100.0 * f->success, f->length_over_optimum, f->min_clearance_m, f->least_clearance_m,
                   f->mean_turn_deg, f->plan_ms, f->max_plan_ms);

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "learning/nn/model_file.hpp"
+#include "planning3d/agent_path.hpp"
 #include "planning3d/agent_view.hpp"
 #include "planning3d/planner.hpp"
+#include "planning3d/rollout.hpp"
 #include "planning3d/travel_costs.hpp"
 
 #include <filesystem>
@@ -10,54 +12,6 @@
 #include <vector>
 
 namespace stairwell::planning3d {
-
-/// How a learned agent flies (Alg. 4.2): step by step where its network points.
-struct RolloutConfig {
-  double step_m = 0.12;        ///< SPEC A5
-  double least_step_m = 0.03;  ///< a step that does not fit is halved down to this; then it is a collision
-  double keep = 0.3;           ///< of the last direction in the next one
-  double goal_reach_m = 0.5;   ///< from here on the goal itself is the next step, if nothing is between
-  /// Where not even the least step fits: the free direction next to the network's, up to 80 degrees off. Without it the
-  /// flight ends there as a collision.
-  bool slide = true;
-  double patience_m = 6.0;  ///< flown without coming nearer to the goal than before: a local minimum
-  double detour = 3.0;      ///< the flight ends after so many times the way that was left at its start
-};
-
-enum class RolloutEnd { kReached, kCollision, kNoProgress, kTooLong, kNoWay };
-const char* to_string(RolloutEnd end);
-
-/// One flight of an agent, so far.
-class Rollout {
- public:
-  /// @param view  begun on the same space, keep-out spheres and field
-  Rollout(const SegmentCheck& check, AgentView& view, const ArrivalField& field, const RolloutConfig& config,
-          const Eigen::Vector3d& start_m);
-
-  bool ended() const { return ended_; }
-  RolloutEnd end() const { return end_; }  ///< @pre ended()
-  /// Looks around, unless the flight has ended or ends here because the goal is in reach.
-  /// @returns true when a direction is wanted
-  bool look(Observation& seen);
-  /// @param direction  in the world's frame; its length does not matter
-  void move(const Eigen::Vector3d& direction);
-  const std::vector<Eigen::Vector3d>& path_m() const { return path_m_; }
-
- private:
-  bool finish(RolloutEnd end);
-  bool try_step(const Eigen::Vector3d& direction, double step_m);
-  bool slide_along(const Eigen::Vector3d& wanted);
-
-  const SegmentCheck* check_;
-  AgentView* view_;
-  const ArrivalField* field_;
-  RolloutConfig config_;
-  std::vector<Eigen::Vector3d> path_m_;
-  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();
-  double least_left_m_ = 0.0, since_least_m_ = 0.0, longest_m_ = 0.0, flown_m_ = 0.0;
-  bool ended_ = false;
-  RolloutEnd end_ = RolloutEnd::kNoWay;
-};
 
 /// Rounds of `smooth_path` after a flight.
 inline constexpr int kSmoothings = 40;
@@ -68,9 +22,10 @@ inline constexpr int kSmoothings = 40;
 /// something or there is no way (or, for the slice agent by the volume rule, the goal is in another layer).
 class AgentPlanner final : public Planner {
  public:
-  /// Settings of the walk and of the smoothing after it.
+  /// Settings of the flight and of what is made of it.
   struct Config {
     RolloutConfig rollout;
+    double second_keep = 0.8;  ///< RolloutConfig::keep of a second flight, where the first lost its way; 0: none
     int smoothings = kSmoothings;
   };
   /// @throws InputError for a model that is not one of a path agent
@@ -104,9 +59,5 @@ class AgentPlanner final : public Planner {
 
 /// Checks that a network fits what it is to be shown. @throws InputError
 void require_fitting(const AgentInput& input, const nn::NetworkSpec& network);
-
-/// The same path with means of neighbouring points taken so many times; points stay where their segments would touch
-/// something. Ends stay.
-std::vector<Eigen::Vector3d> smooth_path(const SegmentCheck& check, std::vector<Eigen::Vector3d> path_m, int rounds);
 
 }  // namespace stairwell::planning3d

@@ -176,18 +176,7 @@ void AgentView::begin(const FreeSpace& space, const std::vector<KeepOut>& keep_o
 }
 
 double AgentView::clearance_m(const Eigen::Vector3d& at_m) const {
-  const GridSpec& grid = space_->grid();
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid.resolution_m());
-  const VoxelIndex low = grid.index_of(at_m - half);
-  const Eigen::Vector3d u = (at_m - grid.center_of(low)) / grid.resolution_m();
-  double cells = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const VoxelIndex v = low + VoxelIndex{corner & 1, corner >> 1 & 1, corner >> 2 & 1};
-    const double weight = ((corner & 1) != 0 ? u.x() : 1.0 - u.x()) * ((corner & 2) != 0 ? u.y() : 1.0 - u.y()) *
-                          ((corner & 4) != 0 ? u.z() : 1.0 - u.z());
-    cells += weight * std::sqrt(static_cast<double>(space_->blocked_distance().squared_cells(v)));
-  }
-  double clear_m = cells * grid.resolution_m() - space_->robot().clearance_m();
+  double clear_m = space_->room_m(at_m);
   for (const KeepOut& sphere : keep_out_) {
     clear_m = std::min(clear_m, (at_m - sphere.center_m).norm() - sphere.radius_m);
   }

@@ -94,6 +94,20 @@ bool FreeSpace::capsule_free(const Eigen::Vector3d& from_m, const Eigen::Vector3
   return true;
 }
 
+double FreeSpace::room_m(const Eigen::Vector3d& at_m) const {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid().resolution_m());
+  const VoxelIndex low = grid().index_of(at_m - half);
+  const Eigen::Vector3d u = (at_m - grid().center_of(low)) / grid().resolution_m();
+  double cells = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const VoxelIndex v = low + VoxelIndex{corner & 1, corner >> 1 & 1, corner >> 2 & 1};
+    const double weight = ((corner & 1) != 0 ? u.x() : 1.0 - u.x()) * ((corner & 2) != 0 ? u.y() : 1.0 - u.y()) *
+                          ((corner & 4) != 0 ? u.z() : 1.0 - u.z());
+    cells += weight * std::sqrt(static_cast<double>(distance_->squared_cells(v)));
+  }
+  return cells * grid().resolution_m() - robot_.clearance_m();
+}
+
 bool FreeSpace::nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const {
   if (!all_finite(point_m) || !(reach_m >= 0.0)) return false;
   const Eigen::Vector3d nearest_m = point_m.cwiseMax(grid().box().min_m).cwiseMin(grid().box().max_m);

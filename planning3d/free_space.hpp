@@ -62,6 +62,8 @@ class FreeSpace {
   bool swept_sphere_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) const;
   /// The distance field alone says that the sphere is free (never wrongly; may say no for free spheres).
   bool surely_free(const Eigen::Vector3d& center_m, double radius_m) const;
+  /// How much farther than needed the centre of the nearest blocked voxel is, about (linear between voxels' centres).
+  double room_m(const Eigen::Vector3d& at_m) const;
   /// Nearest traversable voxel within `reach_m` of a point, by distance; false if there is none.
   bool nearest_traversable(const Eigen::Vector3d& point_m, double reach_m, VoxelIndex& found) const;
 

@@ -33,6 +33,12 @@ bool SegmentCheck::keeps_out(const Eigen::Vector3d& from_m, const Eigen::Vector3
   });
 }
 
+bool SegmentCheck::sweep_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double spare_m) const {
+  const Aabb& box = space_->flight_box();
+  return box.contains(from_m) && box.contains(to_m) && keeps_out(from_m, to_m) &&
+         space_->swept_sphere_free(from_m, to_m, space_->robot().radius_m + spare_m);
+}
+
 bool SegmentCheck::segment_free(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) const {
   if (!keeps_out(from_m, to_m)) return false;
   // Amanatides & Woo 1987: all voxels between the two ends, in order.

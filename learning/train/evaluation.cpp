@@ -44,7 +44,7 @@ class Follower final : public planning3d::Planner {
     const planning3d::SegmentCheck check(space, request.keep_out, request.start_m);
     planning3d::ArrivalField field({.plane = input_.plane});
     field.compute(space, check, request.goal_m, request.start_m);
-    if (taught_) teacher_.begin(space, check, request.goal_m);
+    if (taught_) teacher_.begin(space, check, request.goal_m, request.start_m);
     planning3d::AgentView view(input_);
     view.begin(space, request.keep_out, field);
     planning3d::Rollout rollout(check, view, field, {}, request.start_m);
@@ -55,7 +55,8 @@ class Follower final : public planning3d::Planner {
       rollout.move(direction);
     }
     if (rollout.end() != planning3d::RolloutEnd::kReached) return result;
-    result.path_m = planning3d::smooth_path(check, rollout.path_m(), planning3d::kSmoothings);
+    result.path_m =
+        planning3d::straighten_path(check, planning3d::smooth_path(check, rollout.path_m(), planning3d::kSmoothings));
     result.length_m = planning3d::path_length_m(result.path_m);
     result.status = PlanStatus::kReached;
     return result;
@@ -226,13 +227,14 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
   if (planning3d::AgentInput::parse(model.input).plane != suite.plane) {
     throw InputError("suite " + suite.name + ": for another agent than " + model.agent);
   }
-  planning3d::AgentPlanner::Config alone;
-  alone.rollout.slide = false;
-  planning3d::AgentPlanner agent(model, alone), sliding(model);
+  planning3d::AgentPlanner::Config unforgiving;
+  unforgiving.rollout.slide = false;
+  unforgiving.second_keep = 0.0;
+  planning3d::AgentPlanner agent(model), exacting(model, unforgiving);
   const auto astar = planning3d::make_planner("astar");
   Follower way(suite.plane, false), teacher(suite.plane, true);
   const planning3d::SafetyCheck check;
-  Tally raw("agent"), slide("agent+slide"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
+  Tally raw("agent"), strict("strict"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
   std::map<std::string, int> failures;
   const auto now_s = [&] { return options.clock_s ? options.clock_s() : 0.0; };
   const auto all = static_cast<std::size_t>(suite.worlds) * static_cast<std::size_t>(suite.tasks_per_world);
@@ -254,12 +256,13 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
         tally.add(plan, optimum_m, *solid, took_s);
         return std::pair(plan, took_s);
       };
-      if (measure(agent, raw).first.status != PlanStatus::kReached) ++failures[to_string(agent.last_end())];
-      const auto slid = measure(sliding, slide);
+      const auto flown = measure(agent, raw);
+      const bool fell_back = flown.first.status != PlanStatus::kReached;
+      if (fell_back) ++failures[to_string(agent.last_end())];
+      measure(exacting, strict);
       const auto searched = measure(*astar, search);
-      const bool fell_back = slid.first.status != PlanStatus::kReached;
-      net.add(fell_back ? searched.first : slid.first, optimum_m, *solid,
-              slid.second + (fell_back ? searched.second : 0.0));
+      net.add(fell_back ? searched.first : flown.first, optimum_m, *solid,
+              flown.second + (fell_back ? searched.second : 0.0));
       measure(way, follower);
       measure(teacher, taught);
       if (options.progress) options.progress(done, all);
@@ -267,7 +270,7 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
     if (options.interrupted && options.interrupted()) break;
   }
   EvaluationResult result{
-      raw.finish(), slide.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
+      raw.finish(), strict.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
   for (const auto& [reason, count] : failures) result.failures.push_back(reason + ": " + std::to_string(count));
   return result;
 }

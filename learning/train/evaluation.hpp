@@ -45,12 +45,12 @@ struct PlannerFigures {
 };
 
 struct EvaluationResult {
-  PlannerFigures raw;                 ///< the agent alone: where it would touch something, it has failed
-  PlannerFigures slide;               ///< the agent as a planner: it slides along what it would touch
-  PlannerFigures net;                 ///< that, with the safety check and A* behind it
-  PlannerFigures astar;               ///< on the same tasks
-  PlannerFigures way;                 ///< the field that the agent is shown, followed without a network
-  PlannerFigures teacher;             ///< what the agent was taught by, flown in the same steps
+  PlannerFigures raw;      ///< the agent alone: what its network flies, no search and no safety check behind it
+  PlannerFigures strict;   ///< where the network's own step does not fit, it has failed; no second flight
+  PlannerFigures net;      ///< the agent with the safety check and A* behind it
+  PlannerFigures astar;    ///< on the same tasks
+  PlannerFigures way;      ///< the field that the agent is shown, followed without a network
+  PlannerFigures teacher;  ///< what the agent was taught by, flown in the same steps
   std::vector<std::string> failures;  ///< of the agent alone, by reason and how often
 };
 

@@ -21,10 +21,8 @@ constexpr std::size_t kClearance = 15;  // its place among the features
 constexpr float kTight = 0.2F;          // clearance (as a feature) below which all are kept
 constexpr int kGoalsPerWorld = 4;
 constexpr int kFlightsPerGoal = 10;
-constexpr int kRecovery = 6;  // steps that the teacher flies after the student has touched something
-constexpr double kStep_m = 0.12;
+constexpr int kRecovery = 6;      // steps that the teacher flies after the student has touched something
 constexpr double kReach_m = 0.2;  // of the goal
-constexpr double kKeep = 0.3;     // as in planning3d::RolloutConfig
 
 ImitationConfig checked(const ImitationConfig& config) {
   if (const auto list = config.problems(); !list.empty()) throw InputError("training: " + list.front());
@@ -186,7 +184,9 @@ void Imitation::fly(Flight& flight, Rng& rng, RoundReport& report) {
   Eigen::Vector3d last = Eigen::Vector3d::Zero(), shake = Eigen::Vector3d::Zero();
   int recovering = 0;
   bool touched = false, reached = false;
-  for (double flown_m = 0.0; flown_m < longest_m; flown_m += kStep_m) {
+  planning3d::RolloutConfig alone;
+  alone.slide = false;
+  for (double flown_m = 0.0; flown_m < longest_m;) {
     if ((flight.at_m - flight.goal_m).norm() <= kReach_m) {
       reached = true;
       break;
@@ -208,21 +208,18 @@ void Imitation::fly(Flight& flight, Rng& rng, RoundReport& report) {
       shake = 0.8 * shake + 0.6 * (shaken(right, flight.noise, config_.input.plane, rng) - right);
       chosen = right + shake;
     }
-    chosen = chosen.normalized() + kKeep * last;
-    if (!(chosen.norm() > 1e-3)) chosen = right;
-    last = chosen.normalized();
-    const Eigen::Vector3d to_m = flight.at_m + kStep_m * last;
     recovering = std::max(0, recovering - 1);
-    if (flight.check->segment_free(flight.at_m, to_m)) {
-      flight.at_m = to_m;
-      continue;
+    Eigen::Vector3d to_m;
+    if (!fitting_step(*flight.check, alone, config_.input.plane, flight.at_m, last, chosen, to_m)) {
+      touched = true;
+      recovering = kRecovery;
+      shake = Eigen::Vector3d::Zero();
+      if (!teacher_.direction(flight.at_m, right)) break;
+      if (!fitting_step(*flight.check, {}, config_.input.plane, flight.at_m, {0, 0, 0}, right, to_m)) break;
     }
-    touched = true;
-    recovering = kRecovery;
-    last = shake = Eigen::Vector3d::Zero();
-    if (!teacher_.direction(flight.at_m, right)) break;
-    const Eigen::Vector3d safe_m = flight.at_m + 0.5 * kStep_m * right;
-    if (flight.check->segment_free(flight.at_m, safe_m)) flight.at_m = safe_m;
+    last = (to_m - flight.at_m).normalized();
+    flown_m += (to_m - flight.at_m).norm();
+    flight.at_m = to_m;
   }
   if (!flight.student) return;
   ++student_flights_;
@@ -260,7 +257,7 @@ TrainingWorld random_training_world(bool plane, Rng& rng) {
   StoreyWorldConfig config;
   const Robot robot{rng.uniform(0.18, 0.3), 0.0};
   const VoxelScene scene = make_storey_scene(config, rng);
-  if (rng.uniform() < 0.65) return {scene, robot};
+  if (rng.uniform() < 0.5) return {scene, robot};
   const TrainingWorld known(scene, robot);
   std::vector<Eigen::Vector3d> places;
   for (int i = rng.uniform_int(3, 10); i > 0; --i) {

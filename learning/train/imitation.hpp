@@ -86,7 +86,7 @@ class Imitation {
   std::uint64_t student_flights_ = 0, student_reached_ = 0;  ///< of this round
 };
 
-/// One of the worlds that agents are trained in, by the kind of agent: slices of all densities, or storeys; a third
+/// One of the worlds that agents are trained in, by the kind of agent: slices of all densities, or storeys; half
 /// of the latter only partly known.
 TrainingWorld random_training_world(bool plane, Rng& rng);
 

@@ -83,6 +83,7 @@ bool PathEnvironment::start(std::uint64_t episode, rl::State& state) {
     alone.slide = false;
     rollout_.emplace(*check_, view_, field_, alone, *place);
     last_.setZero();
+    last_left_m_ = static_cast<double>(left_m);
     steps_ = 0;
     if (look(state)) return true;
   }
@@ -106,16 +107,23 @@ bool PathEnvironment::look(rl::State& state) {
   return true;
 }
 
+/// At the edge of what may be flown in, where the field has no value, the last one.
+double PathEnvironment::way_left_m(const Eigen::Vector3d& at_m) {
+  const auto left_m = static_cast<double>(field_.value_m(at_m));
+  if (std::isfinite(left_m)) last_left_m_ = left_m;
+  return last_left_m_;
+}
+
 /// Of the thesis, in metres of way: attraction and a Gaussian of the clearance.
-double PathEnvironment::potential(const Eigen::Vector3d& at_m, double clearance) const {
+double PathEnvironment::potential(const Eigen::Vector3d& at_m, double clearance) {
   constexpr double kSigma = 0.3, kRepulsion = 0.5;
   const bool cone = config_.input.attraction == planning3d::AgentInput::Attraction::kCone;
-  const double attraction = cone ? (at_m - field_.goal_m()).norm() : static_cast<double>(field_.value_m(at_m));
+  const double attraction = cone ? (at_m - field_.goal_m()).norm() : way_left_m(at_m);
   const double off = std::max(0.0, clearance) / kSigma;
   return attraction + (clearance < 1.0 ? kRepulsion * std::exp(-0.5 * off * off) : 0.0);
 }
 
-double PathEnvironment::reward(const Eigen::Vector3d& from_m, double clearance_before) const {
+double PathEnvironment::reward(const Eigen::Vector3d& from_m, double clearance_before) {
   const bool thesis = config_.reward == PathEnvironmentConfig::Reward::kThesis;
   if (rollout_->ended() && rollout_->end() == RolloutEnd::kCollision) return thesis ? -10.0 : -5.0;
   if (rollout_->ended() && rollout_->end() == RolloutEnd::kReached) return thesis ? 10.0 : 5.0;
@@ -124,11 +132,13 @@ double PathEnvironment::reward(const Eigen::Vector3d& from_m, double clearance_b
   const double cosine = last_.isZero() ? 1.0 : std::clamp(last_.dot(gone), -1.0, 1.0);
   if (thesis) {
     constexpr double kDown = 5.0, kUp = 7.5, kTurn = 0.1, kTime = 0.05;
-    const double change = potential(to_m, clearance_) - potential(from_m, clearance_before);
+    const double before = potential(from_m, clearance_before);
+    const double change = potential(to_m, clearance_) - before;
     return -(change > 0.0 ? kUp : kDown) * change - kTurn * std::acos(cosine) - kTime;
   }
   constexpr double kNear = 0.5, kTurn = 0.3, kTime = 0.1;
-  const double nearer_m = static_cast<double>(field_.value_m(from_m)) - static_cast<double>(field_.value_m(to_m));
+  const double left_before_m = way_left_m(from_m);
+  const double nearer_m = left_before_m - way_left_m(to_m);
   const double nearness = std::max(0.0, 1.0 - clearance_ / kComfort);
   return std::clamp(nearer_m / kStep_m, -2.0, 2.0) - kNear * nearness * nearness - kTurn * (1.0 - cosine) - kTime;
 }

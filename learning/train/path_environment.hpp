@@ -48,8 +48,9 @@ class PathEnvironment final : public rl::Environment {
   bool make_goal(const Place& place);
   bool start(std::uint64_t episode, rl::State& state);
   bool look(rl::State& state);
-  double potential(const Eigen::Vector3d& at_m, double clearance) const;
-  double reward(const Eigen::Vector3d& from_m, double clearance_before) const;
+  double way_left_m(const Eigen::Vector3d& at_m);
+  double potential(const Eigen::Vector3d& at_m, double clearance);
+  double reward(const Eigen::Vector3d& from_m, double clearance_before);
 
   PathEnvironmentConfig config_;
   planning3d::ArrivalField field_;
@@ -64,6 +65,7 @@ class PathEnvironment final : public rl::Environment {
   planning3d::Observation seen_;
   bool teacher_ready_ = false;
   int steps_ = 0;
+  double last_left_m_ = 0.0;
   double clearance_ = 0.0;                          ///< at the last look, as a feature
   Eigen::Vector3d last_ = Eigen::Vector3d::Zero();  ///< direction of the last step
 };

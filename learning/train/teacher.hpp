@@ -3,7 +3,7 @@
 
 #include "planning3d/arrival_field.hpp"
 
-#include <optional>
+#include <limits>
 #include <vector>
 
 namespace stairwell::train {
@@ -17,29 +17,25 @@ class Teacher {
     double comfort_m = 0.6;
     double ahead_m = 0.45;  ///< the direction is that to the way's place so far on, or nearer if something is between
     double step_m = 0.12;   ///< and at least so far everything is free
-    double search_m = 0.6;  ///< around, where nothing on the way is free to go to, and at the goal
+    double spare_m = 0.05;  ///< kept from obstacles where that is possible: students are not exact
+    double blind_m = 0.3;   ///< where no place on the way can be flown to: to the one so far on, and rollouts slide
   };
   explicit Teacher(const Config& config);
 
   /// @param check must outlive the next calls of direction()
-  void begin(const planning3d::FreeSpace& space, const planning3d::SegmentCheck& check, const Eigen::Vector3d& goal_m);
+  /// @param start_m  only the way from there is needed; by default from everywhere
+  void begin(const planning3d::FreeSpace& space, const planning3d::SegmentCheck& check, const Eigen::Vector3d& goal_m,
+             const Eigen::Vector3d& start_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
   /// Unit vector in the world's frame; false where there is no way.
   bool direction(const Eigen::Vector3d& at_m, Eigen::Vector3d& direction);
 
  private:
-  struct Reached {
-    VoxelIndex voxel;
-    float gone_m;
-  };
-  bool points_to(const Eigen::Vector3d& at_m, const Eigen::Vector3d& to_m, Eigen::Vector3d& direction) const;
-  bool search_around(const Eigen::Vector3d& at_m, Eigen::Vector3d& direction);
+  bool points_to(const Eigen::Vector3d& at_m, const Eigen::Vector3d& to_m, double spare_m,
+                 Eigen::Vector3d& direction) const;
 
   Config config_;
   planning3d::ArrivalField field_;
-  std::optional<planning3d::FreeSpace> space_;
   const planning3d::SegmentCheck* check_ = nullptr;
-  std::vector<int> came_from_;  ///< by voxel around: place in the queue; -1: not reached
-  std::vector<Reached> queue_;
   std::vector<Eigen::Vector3d> way_m_;
 };
 

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 using namespace stairwell;
 using namespace stairwell::train;
@@ -62,6 +63,19 @@ TEST_CASE("an episode is the same whatever was flown before", "[rl]") {
   CHECK(a.features == b.features);
   one.begin(6, a);
   CHECK(a.features != b.features);
+}
+
+TEST_CASE("rewards are finite, also where the sphere fits beside the field's last cell", "[rl]") {
+  for (const auto reward : {PathEnvironmentConfig::Reward::kProgress, PathEnvironmentConfig::Reward::kThesis}) {
+    PathEnvironment environment(config_of(true, reward));
+    Rng rng = make_rng(2, "astray");
+    for (std::uint64_t e = 0; e < 200; ++e) {
+      const auto astray = [&](PathEnvironment&) {
+        return std::vector<float>{static_cast<float>(rng.normal(0.3, 1.0)), static_cast<float>(rng.normal(0.0, 1.0))};
+      };
+      CHECK(std::isfinite(fly(environment, e, astray).reward));
+    }
+  }
 }
 
 TEST_CASE("who demonstrates arrives, and is paid for it", "[rl]") {

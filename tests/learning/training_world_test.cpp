@@ -103,7 +103,9 @@ TEST_CASE("an evaluation counts, and is repeated by its seed", "[evaluation]") {
   CHECK(one.raw.success < 0.5);
   CHECK(one.net.success == 1.0);
   CHECK(one.astar.success == 1.0);
+  CHECK(one.strict.success <= one.raw.success);
   CHECK(one.teacher.success == 1.0);
+  CHECK(one.way.success == 1.0);
   CHECK(one.astar.length_over_optimum > 0.999);
   CHECK(one.astar.length_over_optimum < 1.2);
   CHECK(one.astar.length_over_optimum == two.astar.length_over_optimum);

@@ -105,3 +105,34 @@ TEST_CASE("free segments leave room for the whole robot, in voxels as wide as it
   CHECK(free > 300);
   CHECK(near > 20);
 }
+
+TEST_CASE("a sweep is free where the sphere fits, also where no voxel lets a segment through", "[segment]") {
+  Rng rng = make_rng(6, "sweeps");
+  int more = 0;
+  int spared = 0;
+  TestWorld world({4.0, 4.0, 3.0}, 0.1, {0.25, 0.0});
+  world.clutter(rng, 14, 1.0);
+  const FreeSpace space = world.space();
+  const SegmentCheck check(space, {}, Eigen::Vector3d::Zero());
+  const double radius_m = world.robot.radius_m;
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d from_m = world.random_place(space, rng);
+    const Eigen::Vector3d to_m = from_m + 0.12 * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal());
+    if (!world.box.contains(to_m)) {
+      CHECK_FALSE(check.sweep_free(from_m, to_m));
+      continue;
+    }
+    const double room_m = clearance_m(world.map, from_m, to_m, radius_m + 0.1);
+    const bool sweep = check.sweep_free(from_m, to_m);
+    if (std::abs(room_m - radius_m) > 1e-6 && sweep != (room_m > radius_m)) FAIL("room " << room_m);
+    const bool segment = check.segment_free(from_m, to_m);
+    if (segment && !sweep) FAIL("a free segment whose sweep is not");
+    if (sweep && !segment) ++more;
+    if (std::abs(room_m - radius_m - 0.05) < 1e-6) continue;
+    const bool with_spare = check.sweep_free(from_m, to_m, 0.05);
+    if (with_spare != (room_m > radius_m + 0.05)) FAIL("room " << room_m << " with a spare");
+    if (sweep && !with_spare) ++spared;
+  }
+  CHECK(more > 20);
+  CHECK(spared > 20);
+}
