@@ -18,7 +18,7 @@ constexpr std::size_t kStopsPerUav = 12;
 constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
-constexpr double kCostsKept_s = 2.0;     // ways of a UAV that flies to its goal are measured again after this
+constexpr double kCostsKept_s = 2.0;    // ways of a UAV that flies to its goal are measured again after this
 constexpr double kUseful = 0.25;        // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
@@ -29,9 +29,9 @@ constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from anot
 constexpr double kMuch_m2 = 0.6;        // in sight of a cluster: such stops come first ...
 constexpr double kSome_m2 = 0.3;        // ... then those of this much, then those of less and of shallow pockets ...
 constexpr int kRest = 2;
-constexpr double kTakenAlong_s = 0.7;   // ... unless they are this near, ...
+constexpr double kTakenAlong_s = 0.7;        // ... unless they are this near, ...
 constexpr double kTakenAlongInSlab_s = 2.5;  // ... or this near where every last one counts
-constexpr double kStorey_m = 1.8;       // a climb of more than this ...
+constexpr double kStorey_m = 1.8;            // a climb of more than this ...
 constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
@@ -214,8 +214,7 @@ double FrontierStrategy::start_s(const Crew& crew, std::size_t vehicle, const Vi
 
 double FrontierStrategy::soonest_s(const Crew& crew, const Viewpoint& to) const {
   double time_s = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < crew.uavs.size(); ++k)
-    time_s = std::min(time_s, crew.ready_s[k] + start_s(crew, k, to));
+  for (std::size_t k = 0; k < crew.uavs.size(); ++k) time_s = std::min(time_s, crew.ready_s[k] + start_s(crew, k, to));
   return time_s;
 }
 
@@ -261,9 +260,8 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
   return first;
 }
 
-std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
-                                                                    const std::vector<Stop>& stops) const {
-  // What a UAV under way will see is not for the others, unless nothing else is left.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::unclaimed(const AssignmentRequest& request,
+                                                                const std::vector<Stop>& stops) {
   std::vector<Stop> unclaimed;
   for (const Stop& stop : stops) {
     const bool claimed = std::any_of(request.uavs.begin(), request.uavs.end(), [&](const UavView& uav) {
@@ -271,21 +269,25 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
     });
     if (!claimed) unclaimed.push_back(stop);
   }
-  unclaimed = first_of_all(crew, unclaimed);
+  return unclaimed;
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_of(const Crew& crew, const std::vector<Stop>& stops,
+                                                                 std::size_t per_uav) const {
   std::set<std::size_t> chosen;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < unclaimed.size(); ++i) {
-      const double time_s = start_s(crew, k, unclaimed[i].pose());
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+      const double time_s = start_s(crew, k, stops[i].pose());
       if (std::isfinite(time_s)) order.emplace_back(time_s, i);
     }
     std::sort(order.begin(), order.end());
-    for (std::size_t i = 0; i < std::min(order.size(), kStopsPerUav) && chosen.size() < kMostStops; ++i)
+    for (std::size_t i = 0; i < std::min(order.size(), per_uav) && chosen.size() < kMostStops; ++i)
       chosen.insert(order[i].second);
   }
   std::vector<Stop> nearest;
   nearest.reserve(chosen.size());
-  for (const std::size_t i : chosen) nearest.push_back(unclaimed[i]);
+  for (const std::size_t i : chosen) nearest.push_back(stops[i]);
   return nearest;
 }
 
@@ -308,6 +310,18 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const pla
   return kept;
 }
 
+std::vector<std::vector<double>> FrontierStrategy::all_between_s(const planning3d::FreeSpace& space,
+                                                                 const std::vector<Stop>& stops) {
+  travel_.begin(space, motion_rule(), kNewFields);
+  std::vector<std::vector<double>> times_s(stops.size(), std::vector<double>(stops.size(), 0.0));
+  for (std::size_t i = 0; i < stops.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      times_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
+      times_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
+    }
+  return times_s;
+}
+
 std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
                                                               const std::vector<Stop>& stops) {
   TourProblem problem;
@@ -321,13 +335,7 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
   }
   for (const Stop& stop : stops)
     problem.worth.push_back(finish_ ? kSlabWorth : std::min(stop.pose().gain_m3, kMostWorth_m3));
-  travel_.begin(space, motion_rule(), kNewFields);
-  problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
-  for (std::size_t i = 0; i < stops.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      problem.between_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
-      problem.between_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
-    }
+  problem.between_s = all_between_s(space, stops);
   return plan_tours(problem);
 }
 
@@ -367,7 +375,8 @@ void FrontierStrategy::remember(const Goal& goal, const std::vector<VoxelIndex>&
 
 void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                                  const std::vector<Stop>& all_stops, Assignment& assignment) {
-  const std::vector<Stop> stops = without_absorbed(space, crew, nearest_stops(request, crew, all_stops));
+  const std::vector<Stop> stops =
+      without_absorbed(space, crew, nearest_of(crew, first_of_all(crew, unclaimed(request, all_stops)), kStopsPerUav));
   const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops);
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t k = 0; k < plan.size(); ++k) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -82,20 +83,21 @@ struct CoverageConfig {
   SensorModel sensor;
   MotionLimits limits;
   Robot robot;
-  Aabb box;                             ///< task box: only frontiers inside count
-  std::vector<double> layers_m;         ///< given layers; empty = automatic
-  bool slice = false;                   ///< viewpoints only at layer heights
-  double min_gain_m3 = 0.1;             ///< views that show less unknown volume are not worth a flight
-  double blacklist_radius_m = 0.6;      ///< SPEC B4
-  double blacklist_time_s = 120.0;      ///< expiry
+  Aabb box;                         ///< task box: only frontiers inside count
+  std::vector<double> layers_m;     ///< given layers; empty = automatic
+  bool slice = false;               ///< viewpoints only at layer heights
+  double min_gain_m3 = 0.1;         ///< views that show less unknown volume are not worth a flight
+  double blacklist_radius_m = 0.6;  ///< SPEC B4
+  double blacklist_time_s = 120.0;  ///< expiry
   std::optional<FinishSlab> finish;
   std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
   double hybrid_switch = 0.7;           ///< ... when this share of the box is known
+  std::filesystem::path models_dir;     ///< `agent`: where coverage.model is
   std::uint64_t seed = 1;
 };
 
-/// `frontiers`, `layers`, `kmeans`, `hybrid` and the baselines `nearest`, `greedy`, `lawnmower`, `random`. @throws
-/// InputError listing the known names.
+/// `frontiers`, `layers`, `kmeans`, `hybrid`, `agent` and the baselines `nearest`, `greedy`, `lawnmower`, `random`.
+/// @throws InputError listing the known names, or naming the agent's model when it cannot be used.
 std::unique_ptr<CoverageStrategy> make_strategy(std::string_view name, const CoverageConfig& config);
 std::vector<std::string_view> strategy_names();
 
