@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kPressingPerUav = 12;
 constexpr std::size_t kRestPerUav = 8;
+constexpr double kNear_s = 3.0;  // a remainder farther off waits until nothing pressing is left
 
 }  // namespace
 
@@ -28,7 +29,7 @@ std::vector<FrontierStrategy::Stop> AgentStrategy::candidates(const planning3d::
   std::vector<Stop> found = nearest_of(crew, first, kPressingPerUav);
   std::vector<Stop> rest;
   for (const Stop& stop : open)
-    if (!is_first(stop)) rest.push_back(stop);
+    if (!is_first(stop) && soonest_s(crew, stop.pose()) < kNear_s) rest.push_back(stop);
   rest = nearest_of(crew, rest, kRestPerUav);
   found.insert(found.end(), rest.begin(), rest.end());
   found = without_absorbed(space, crew, found);
@@ -66,15 +67,41 @@ CoverageOption AgentStrategy::option_of(const Crew& crew, std::size_t vehicle, c
   option.area_m2 = stop.cluster->area_m2;
   option.seen_fraction = view.seen_fraction;
   option.pocket_m3 = stop.cluster->pocket_m3;
-  option.under_way = crew.target_m[vehicle] && belongs(*stop.cluster, *crew.target_m[vehicle]);
   return option;
+}
+
+/// What the vehicle is flying to see, if that is still open; else what it chooses of the rest.
+std::size_t AgentStrategy::choose(const Crew& crew, std::size_t vehicle, const std::vector<Stop>& stops,
+                                  const std::vector<std::size_t>& left, const Menu& menu, const OptionScene& scene,
+                                  double time_s) {
+  std::vector<CoverageOption> options;
+  std::vector<double> start_times_s;
+  std::vector<std::vector<double>> among_s;
+  for (const std::size_t i : left) {
+    if (crew.target_m[vehicle] && belongs(*stops[i].cluster, *crew.target_m[vehicle])) return i;
+    options.push_back(option_of(crew, vehicle, stops[i]));
+    options.back().pressing = menu.pressing[i];
+    start_times_s.push_back(options.back().time_s);
+    among_s.emplace_back();
+    for (const std::size_t j : left) among_s.back().push_back(menu.between_s[i][j]);
+  }
+  const std::vector<double> tours_s = nearest_neighbour_tours_s(start_times_s, among_s);
+  for (std::size_t i = 0; i < options.size(); ++i) options[i].tour_s = tours_s[i];
+  const std::vector<float> all_rows = option_rows(scene, options);
+  const std::vector<std::size_t> listed = short_list(options);
+  OptionChoice choice{crew.uavs[vehicle], time_s, {}};
+  for (const std::size_t i : listed) {
+    const auto row = all_rows.begin() + static_cast<std::ptrdiff_t>(i) * kOptionFeatures;
+    choice.rows.insert(choice.rows.end(), row, row + kOptionFeatures);
+  }
+  return left[listed[chooser_(choice)]];
 }
 
 void AgentStrategy::share_out(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                               const std::vector<Stop>& all_stops, Assignment& assignment) {
-  std::vector<bool> pressing;
-  const std::vector<Stop> stops = candidates(space, request, crew, all_stops, pressing);
-  const std::vector<std::vector<double>> between_s = all_between_s(space, stops);
+  Menu menu;
+  const std::vector<Stop> stops = candidates(space, request, crew, all_stops, menu.pressing);
+  menu.between_s = all_between_s(space, stops);
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     const std::size_t uav = crew.uavs[k];
@@ -83,20 +110,8 @@ void AgentStrategy::share_out(const planning3d::FreeSpace& space, const Assignme
     for (std::size_t i = 0; i < stops.size(); ++i)
       if (!taken[i] && std::isfinite(way_m(k, stops[i].pose()))) left.push_back(i);
     if (left.empty()) continue;
-    std::vector<CoverageOption> options;
-    std::vector<double> start_times_s;
-    std::vector<std::vector<double>> among_s;
-    for (const std::size_t i : left) {
-      options.push_back(option_of(crew, k, stops[i]));
-      options.back().pressing = pressing[i];
-      start_times_s.push_back(options.back().time_s);
-      among_s.emplace_back();
-      for (const std::size_t j : left) among_s.back().push_back(between_s[i][j]);
-    }
-    const std::vector<double> tours_s = nearest_neighbour_tours_s(start_times_s, among_s);
-    for (std::size_t i = 0; i < options.size(); ++i) options[i].tour_s = tours_s[i];
     const OptionScene scene = scene_of(space, request, crew, k, assignment);
-    const std::size_t chosen = left[chooser_({uav, request.time_s, option_rows(scene, options)})];
+    const std::size_t chosen = choose(crew, k, stops, left, menu, scene, request.time_s);
     taken[chosen] = true;
     assignment.goals[uav] = goal_for(space, crew, k, stops[chosen], nullptr, request.time_s);
   }

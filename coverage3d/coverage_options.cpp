@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <set>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -12,7 +14,11 @@ constexpr double kTime_s = 10.0, kWay_m = 10.0, kVolume_m3 = 10.0, kArea_m2 = 3.
 constexpr double kMost = 3.0;
 constexpr double kLeastFlight_s = 0.5;
 constexpr double kStorey_m = 1.8;
+constexpr std::size_t kRichest = 3;  // of the short list
 constexpr std::array<double, 3> kReaches_m{3.0, 6.0, 12.0};
+
+/// Unknown volume for each second of flight.
+double rate(const CoverageOption& option) { return option.gain_m3 / std::max(option.time_s, kLeastFlight_s); }
 
 /// Frontier area of the other options near a place.
 std::array<double, 3> area_near(const std::vector<CoverageOption>& options, const Eigen::Vector3d& at_m,
@@ -48,7 +54,7 @@ struct Totals {
       least_s = std::min(least_s, option.time_s);
       least_tour_s = std::min(least_tour_s, option.tour_s);
       most_m3 = std::max(most_m3, option.gain_m3);
-      most_rate = std::max(most_rate, option.gain_m3 / std::max(option.time_s, kLeastFlight_s));
+      most_rate = std::max(most_rate, rate(option));
       area_m2 += option.area_m2;
       pressing += option.pressing ? 1.0 : 0.0;
       middle_m += option.position_m / static_cast<double>(options.size());
@@ -74,13 +80,12 @@ void add_itself(RowWriter& row, const OptionScene& scene, const CoverageOption& 
   row.add(option.way_m / kWay_m);
   row.add(straight_m > 0.5 ? option.way_m / straight_m - 1.0 : 0.0);
   row.add(option.gain_m3 / kVolume_m3);
-  row.add(option.gain_m3 / std::max(option.time_s, kLeastFlight_s) / kVolume_m3);
+  row.add(rate(option) / kVolume_m3);
   row.add(option.area_m2 / kArea_m2);
   row.add(option.area_m2 * option.seen_fraction / kArea_m2);
   row.add(option.seen_fraction);
   row.add(option.pocket_m3);
   row.add(option.pressing);
-  row.add(option.under_way);
   row.add(offset_m.z() / 3.0);
   row.add(std::abs(offset_m.z()) < kStorey_m);
   row.add(straight_m > 1e-6 ? offset_m.dot(scene.velocity_mps) / straight_m / scene.speed_mps : 0.0);
@@ -100,7 +105,7 @@ void add_comparison(RowWriter& row, const Totals& all, const std::vector<Coverag
   row.add(sooner / count);
   row.add(richer / count);
   row.add(option.gain_m3 / std::max(all.most_m3, 1e-9));
-  row.add(option.gain_m3 / std::max(option.time_s, kLeastFlight_s) / all.most_rate);
+  row.add(rate(option) / all.most_rate);
   row.add((option.tour_s - all.least_tour_s) / kTime_s);
   row.add(all.least_tour_s / (10.0 * kTime_s));
   row.add((option.position_m - all.middle_m).norm() / kWay_m);
@@ -139,6 +144,21 @@ std::vector<float> option_rows(const OptionScene& scene, const std::vector<Cover
     row.add(scene.known_share);
   }
   return rows;
+}
+
+std::vector<std::size_t> short_list(const std::vector<CoverageOption>& options) {
+  std::vector<std::size_t> order(options.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::set<std::size_t> chosen;
+  const auto take = [&](std::size_t count, const auto& value) {
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return value(options[a]) > value(options[b]); });
+    chosen.insert(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size())));
+  };
+  take(kRichest, rate);
+  take(1, [](const CoverageOption& option) { return -option.time_s; });
+  take(1, [](const CoverageOption& option) { return -option.tour_s; });
+  return {chosen.begin(), chosen.end()};
 }
 
 std::vector<double> nearest_neighbour_tours_s(const std::vector<double>& start_s,

@@ -23,7 +23,6 @@ struct CoverageOption {
   double seen_fraction = 0.0;  ///< of the frontier
   double pocket_m3 = 0.0;      ///< unknown volume behind the frontier, counted to a limit
   bool pressing = false;       ///< `frontiers` would not put it off
-  bool under_way = false;      ///< the UAV flies there already
 };
 
 /// Who chooses, and among whom.
@@ -37,13 +36,17 @@ struct OptionScene {
   double known_share = 0.0;  ///< of the task box
 };
 
-inline constexpr int kOptionFeatures = 37;
+inline constexpr int kOptionFeatures = 36;
 /// Says which numbers these are; a model is only for the ones that it was trained with.
 inline constexpr std::string_view kOptionInput = "coverage options 1";
 
 /// One row of numbers for each option, all about -1 to 3: times in 10 s, ways in 10 m, volumes in 10 m3, areas in 3 m2.
 /// @returns [options, kOptionFeatures]
 std::vector<float> option_rows(const OptionScene& scene, const std::vector<CoverageOption>& options);
+
+/// Which of the options deserve a thought: the three that promise most for each second, the soonest and the one with
+/// the shortest tour, without doubles. In the options' order; all of them where there are no more than three.
+std::vector<std::size_t> short_list(const std::vector<CoverageOption>& options);
 
 /// How long it takes to go to each option first and then always on to the nearest one that is left.
 /// @param start_s  [options] @param between_s  [options][options]

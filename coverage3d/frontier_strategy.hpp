@@ -68,6 +68,8 @@ class FrontierStrategy : public CoverageStrategy {
     return static_cast<double>(costs_[vehicle].distance_m(to.voxel));
   }
   double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
+  /// By whichever UAV is there first.
+  double soonest_s(const Crew& crew, const Viewpoint& to) const;
   /// The stop's view that serves the vehicle best, remembered as given.
   Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
                 const Stop* next, double time_s);
@@ -104,8 +106,6 @@ class FrontierStrategy : public CoverageStrategy {
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
-  /// By whichever UAV is there first.
-  double soonest_s(const Crew& crew, const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);

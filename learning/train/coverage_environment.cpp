@@ -22,8 +22,9 @@ namespace {
 constexpr double kStartHeight_m = 1.0;
 constexpr double kStartRadius_m = 0.35;
 constexpr double kStartGap_m = 0.8, kStartSpread_m = 4.0;
+constexpr double kReplan_s = 4.0;  // a choice is kept anyway
 constexpr double kLidarShare = 0.25;
-constexpr double kLeftFloor = 0.02;  // below this share, what is left hardly counts less
+constexpr double kLeftFloor = 0.1;  // below this share, what is left hardly counts less
 constexpr double kIllegal = -5.0, kUnwanted = -1.0, kExplored = 100.0;  // (5.15); the last per share of the free space
 
 bool stands_free(const VoxelScene& scene, const Eigen::Vector3d& at_m) {
@@ -106,11 +107,11 @@ class Ledger final : public explore::ExplorationLog {
       for (const auto& [time_s, fine] : one.fines) {
         if (!fined) continue;
         choice.reward += fine * weight(time_s);
-        report.reward += fine;
+        report.reward += fine * std::exp(-time_s / config.horizon_s);
       }
       report.choices.push_back(std::move(choice));
     }
-    for (const auto& gain : gains) report.reward += gain.second;
+    for (const auto& [time_s, gain] : gains) report.reward += gain * std::exp(-time_s / config.horizon_s);
     report.seen_m3 = curve_.back().second;
     for (auto at = curve_.rbegin(); at != curve_.rend() && at->second >= 0.9 * report.seen_m3; ++at)
       report.t90_s = at->first;
@@ -177,6 +178,7 @@ explore::FleetConfig fleet_config(const CoverageEnvironmentConfig& config, const
   fleet.resolution_m = config.resolution_m;
   fleet.sensor = sensor;
   fleet.charge_planning = false;
+  fleet.replan_period_s = kReplan_s;
   fleet.time_limit_s = config.time_limit_s;
   fleet.return_to = explore::ReturnTo::kStay;
   fleet.seed = seed;

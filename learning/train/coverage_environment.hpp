@@ -18,11 +18,11 @@ struct CoverageEnvironmentConfig {
   /// first. kThesis: (5.15). Shares are of what has been seen in the end.
   enum class Reward { kProgress, kThesis };
 
-  StoreyWorldConfig worlds{.most_size_m = 14.0};
+  StoreyWorldConfig worlds{.most_storeys = 2, .most_size_m = 13.0};
   Reward reward = Reward::kProgress;
   int most_uavs = 3;
   double resolution_m = 0.2;  ///< of the map; the buildings' own is the worlds'
-  double horizon_s = 40.0;    ///< what comes later by this counts 1/e
+  double horizon_s = 20.0;    ///< what comes later by this counts 1/e
   double time_limit_s = 600.0;
   std::uint64_t seed = 1;
 
@@ -32,7 +32,7 @@ struct CoverageEnvironmentConfig {
 /// How one exploration went. Times in simulated seconds.
 struct ExplorationReport {
   std::vector<rl::Choice> choices;  ///< of all UAVs, and what came of each until the same UAV chose again
-  double reward = 0.0;              ///< sum, without discount
+  double reward = 0.0;              ///< the fleet's, discounted from the start
   double t90_s = 0.0;               ///< 90 % of what was seen in the end
   double finish_s = 0.0;
   double seen_m3 = 0.0;

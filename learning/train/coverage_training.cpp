@@ -11,7 +11,7 @@ namespace stairwell::train {
 namespace {
 
 // Columns of option_rows() that the rules of thumb look at.
-constexpr std::size_t kTime = 0, kRate = 4, kTour = 21;
+constexpr std::size_t kTime = 0, kRate = 4, kTour = 20;
 constexpr double kSlip = 0.1;  // chance that a rule of thumb takes any option
 
 rl::DoubleDqnConfig learner(const CoverageTrainingConfig& config) {
@@ -19,7 +19,7 @@ rl::DoubleDqnConfig learner(const CoverageTrainingConfig& config) {
   rl::DoubleDqnConfig learner;
   learner.network = config.network();
   learner.learning_rate = config.learning_rate;
-  learner.smoothing = 0.005;
+  learner.smoothing = 0.01;
   learner.seed = config.seed;
   learner.device = config.device;
   return learner;
@@ -43,6 +43,8 @@ std::size_t by_rule(int rule, const coverage3d::OptionChoice& choice) {
 }
 
 }  // namespace
+
+std::uint64_t CoverageTrainingConfig::shown_episodes() const { return std::clamp<std::uint64_t>(steps / 750, 1, 40); }
 
 nn::NetworkSpec CoverageTrainingConfig::network() const {
   nn::NetworkSpec spec;
@@ -92,12 +94,12 @@ double CoverageTraining::learn(std::size_t choices, Rng& rng) {
 CoverageEpisode CoverageTraining::episode() {
   Rng rng = make_rng(config_.seed, "coverage training/" + std::to_string(episodes_));
   CoverageEpisode report;
-  report.shown = rng.uniform() < config_.shown_share || episodes_ < config_.shown_episodes;
+  report.shown = rng.uniform() < config_.shown_share || episodes_ < config_.shown_episodes();
   report.flown = fly(report.shown, rng);
   const std::size_t count = report.flown.choices.size();
   for (rl::Choice& choice : std::exchange(report.flown.choices, {})) replay_.add(std::move(choice));
   ++episodes_;
-  const bool ready = episodes_ >= config_.shown_episodes && replay_.size() > 0;
+  const bool ready = episodes_ >= config_.shown_episodes() && replay_.size() > 0;
   report.loss = learn(ready ? count : 0, rng);
   report.episode = episodes_;
   report.steps = steps_;

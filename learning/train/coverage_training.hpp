@@ -14,16 +14,17 @@ namespace stairwell::train {
 struct CoverageTrainingConfig {
   CoverageEnvironmentConfig environment;
   std::uint64_t seed = 1;
-  std::uint64_t steps = 20'000;       ///< of gradient descent
-  std::uint64_t shown_episodes = 40;  ///< flown by rules of thumb before the first step
-  double shown_share = 0.15;          ///< of the later episodes
-  double updates_per_choice = 1.0;
-  std::size_t batch = 128;
+  std::uint64_t steps = 20'000;  ///< of gradient descent
+  double shown_share = 0.15;     ///< of the later episodes
+  double updates_per_choice = 3.0;
+  std::size_t batch = 256;
   std::size_t capacity = 60'000;
   double first_epsilon = 0.3, last_epsilon = 0.03;  ///< chance of any option, falling with the steps
   double learning_rate = 5e-4;
   std::string device = "cpu";
 
+  /// Flown by rules of thumb before the first step.
+  std::uint64_t shown_episodes() const;
   nn::NetworkSpec network() const;
   std::vector<std::string> problems() const;
 };
