@@ -16,7 +16,7 @@ constexpr const char* kFooter =
     "  stairwell train path2d --algo dagger --steps 20000 --seed 1 --out training/path2d --resume\n"
     "  stairwell train path2d --algo td3bc --steps 4000 --from models/path2d.model --out training/finer\n"
     "  stairwell train path3d --algo sac --reward thesis --demonstrations 0.5 --steps 10000 --out training/sac\n"
-    "  stairwell train coverage --steps 20000 --seed 1 --out training/coverage\n"
+    "  stairwell train coverage --steps 12000 --seed 1 --out training/coverage\n"
     "The folder gets AGENT.model, curves.csv, curves.png and checkpoint. A training that was interrupted or killed "
     "goes\n"
     "on with --resume. Exit codes: 0 trained, 1 interrupted, 2 bad input.";
