@@ -199,7 +199,7 @@ TEST_CASE("the learned agent explores a room to the end") {
   const fs::path folder = fresh_folder("run_agent");
   const fs::path room = testing::write_room(folder);
   Words words = explore_words(room, folder / "run");
-  words.insert(words.end(), {"--coverage", "agent"});
+  words.insert(words.end(), {"--coverage", "agent", "--return", "stay"});
   const Outcome outcome = run(words);
   CAPTURE(outcome.err);
   REQUIRE(outcome.code == 0);
