@@ -127,8 +127,8 @@ const std::vector<Entry>& task_entries() {
        "off",
        [](RunConfig& c, const std::string& t) { c.fleet.planner_options.experience = parse_switch(t); }},
       {{"coverage", "--coverage", "NAME",
-        "layers, frontiers, kmeans, hybrid, nearest, greedy, lawnmower or random (default: layers or frontiers, by "
-        "mode)"},
+        "layers, frontiers, kmeans, hybrid, agent (learned), nearest, greedy, lawnmower or random (default: layers or "
+        "frontiers, by mode)"},
        "",
        [](RunConfig& c, const std::string& t) { c.fleet.coverage = known_name(t, coverage3d::strategy_names()); }},
       {{"gain", "--gain", "volume|entropy",

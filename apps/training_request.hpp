@@ -8,8 +8,8 @@
 namespace stairwell::apps {
 
 struct TrainingRequest {
-  std::string agent, algorithm = "dagger", head = "unit_vector", attraction = "geodesic", reward = "progress",
-                     device = "cpu", from, out;
+  std::string agent, algorithm, head = "unit_vector", attraction = "geodesic", reward = "progress", device = "cpu",
+                                from, out;
   std::uint64_t steps = 20'000, seed = 1;
   int scales = 2;
   std::optional<double> demonstrations;

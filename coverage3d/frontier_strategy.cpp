@@ -283,9 +283,8 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
   return first;
 }
 
-std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
-                                                                    const std::vector<Stop>& stops) const {
-  // What a UAV under way will see is not for the others, unless nothing else is left.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::unclaimed(const AssignmentRequest& request,
+                                                                const std::vector<Stop>& stops) {
   std::vector<Stop> unclaimed;
   for (const Stop& stop : stops) {
     const bool claimed = std::any_of(request.uavs.begin(), request.uavs.end(), [&](const UavView& uav) {
@@ -293,21 +292,25 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
     });
     if (!claimed) unclaimed.push_back(stop);
   }
-  unclaimed = first_of_all(crew, unclaimed);
+  return unclaimed;
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_of(const Crew& crew, const std::vector<Stop>& stops,
+                                                                 std::size_t per_uav) const {
   std::set<std::size_t> chosen;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < unclaimed.size(); ++i) {
-      const double time_s = start_s(crew, k, unclaimed[i].pose());
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+      const double time_s = start_s(crew, k, stops[i].pose());
       if (std::isfinite(time_s)) order.emplace_back(time_s, i);
     }
     std::sort(order.begin(), order.end());
-    for (std::size_t i = 0; i < std::min(order.size(), kStopsPerUav) && chosen.size() < kMostStops; ++i)
+    for (std::size_t i = 0; i < std::min(order.size(), per_uav) && chosen.size() < kMostStops; ++i)
       chosen.insert(order[i].second);
   }
   std::vector<Stop> nearest;
   nearest.reserve(chosen.size());
-  for (const std::size_t i : chosen) nearest.push_back(unclaimed[i]);
+  for (const std::size_t i : chosen) nearest.push_back(stops[i]);
   return nearest;
 }
 
@@ -330,6 +333,23 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const pla
   return kept;
 }
 
+std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
+                                                                    const std::vector<Stop>& stops) const {
+  return nearest_of(crew, first_of_all(crew, unclaimed(request, stops)), kStopsPerUav);
+}
+
+std::vector<std::vector<double>> FrontierStrategy::all_between_s(const planning3d::FreeSpace& space,
+                                                                 const std::vector<Stop>& stops) {
+  travel_.begin(space, motion_rule(), kNewFields);
+  std::vector<std::vector<double>> times_s(stops.size(), std::vector<double>(stops.size(), 0.0));
+  for (std::size_t i = 0; i < stops.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      times_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
+      times_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
+    }
+  return times_s;
+}
+
 std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
                                                               const std::vector<Stop>& stops) {
   TourProblem problem;
@@ -342,13 +362,7 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
     }
   }
   for (const Stop& stop : stops) problem.worth.push_back(std::min(stop.pose().gain_m3, kMostWorth_m3));
-  travel_.begin(space, motion_rule(), kNewFields);
-  problem.between_s.assign(stops.size(), std::vector<double>(stops.size(), 0.0));
-  for (std::size_t i = 0; i < stops.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      problem.between_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
-      problem.between_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
-    }
+  problem.between_s = all_between_s(space, stops);
   return plan_tours(problem);
 }
 

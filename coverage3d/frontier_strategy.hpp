@@ -80,9 +80,20 @@ class FrontierStrategy : public CoverageStrategy {
     return static_cast<double>(costs_[vehicle].distance_m(to.voxel));
   }
   double start_s(const Crew& crew, std::size_t vehicle, const Viewpoint& to) const;
+  /// By whichever UAV is there first.
+  double soonest_s(const Crew& crew, const Viewpoint& to) const;
   /// The stop's view that serves the vehicle best, remembered as given.
   Goal goal_for(const planning3d::FreeSpace& space, const Crew& crew, std::size_t vehicle, const Stop& stop,
                 const Stop* next, double time_s);
+  /// What a UAV under way will see is not for the others, unless nothing else is left.
+  static std::vector<Stop> unclaimed(const AssignmentRequest& request, const std::vector<Stop>& stops);
+  std::vector<Stop> first_of_all(const Crew& crew, const std::vector<Stop>& stops) const;
+  /// So many for each UAV.
+  std::vector<Stop> nearest_of(const Crew& crew, const std::vector<Stop>& stops, std::size_t per_uav) const;
+  std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
+                                     const std::vector<Stop>& stops) const;
+  /// From the pose of each stop to that of each.
+  std::vector<std::vector<double>> all_between_s(const planning3d::FreeSpace& space, const std::vector<Stop>& stops);
   /// What is known about the map; what is computed anew in every assignment stays behind.
   std::unique_ptr<CoverageStrategy> copy_to(std::unique_ptr<FrontierStrategy> copy) const;
 
@@ -104,16 +115,9 @@ class FrontierStrategy : public CoverageStrategy {
   ViewpointPlaces places(const AssignmentRequest& request) const;
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
-  std::vector<Stop> first_of_all(const Crew& crew, const std::vector<Stop>& stops) const;
-  std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew,
-                                  const std::vector<Stop>& stops) const;
-  std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
-                                     const std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
-  /// By whichever UAV is there first.
-  double soonest_s(const Crew& crew, const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
@@ -126,6 +130,8 @@ class FrontierStrategy : public CoverageStrategy {
   static bool answers_for(const AssignmentRequest& request, std::size_t cell);
   static bool take_over(const AssignmentRequest& request);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
+  std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew,
+                                  const std::vector<Stop>& stops) const;
   void share_out_alone(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                        std::vector<Stop> stops, Assignment& assignment);
 

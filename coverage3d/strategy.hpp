@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -106,11 +107,12 @@ struct CoverageConfig {
   std::optional<FinishSlab> finish;
   std::string hybrid_first = "greedy";  ///< `hybrid`: the strategy before the switch to k-means
   double hybrid_switch = 0.7;           ///< ... when this share of the box is known
+  std::filesystem::path models_dir;     ///< `agent`: where coverage.model is
   std::uint64_t seed = 1;
 };
 
-/// `frontiers`, `layers`, `kmeans`, `hybrid` and the baselines `nearest`, `greedy`, `lawnmower`, `random`. @throws
-/// InputError listing the known names.
+/// `frontiers`, `layers`, `kmeans`, `hybrid`, `agent` and the baselines `nearest`, `greedy`, `lawnmower`, `random`.
+/// @throws InputError listing the known names, or naming the agent's model when it cannot be used.
 std::unique_ptr<CoverageStrategy> make_strategy(std::string_view name, const CoverageConfig& config);
 std::vector<std::string_view> strategy_names();
 

@@ -33,6 +33,7 @@ class Foreseen {
   std::vector<bool> cells_;
 };
 
+/// What a view's gain is computed from.
 struct ViewGainConfig {
   SensorModel sensor;
   Aabb box;  ///< only space inside counts

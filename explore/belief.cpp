@@ -36,6 +36,7 @@ coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
   coverage.finish = config.finish_slab;
   coverage.hybrid_first = config.hybrid_first;
   coverage.hybrid_switch = config.hybrid_switch;
+  coverage.models_dir = config.planner_options.models_dir;
   coverage.seed = config.seed;
   return coverage;
 }

@@ -65,6 +65,7 @@ struct Fleet::Impl {
   double time_back_s(const Uav& uav) const;
   void retire(Uav& uav);
   void fly_home(Uav& uav);
+  double above_fellows_m(const Uav& uav) const;
   void land(Uav& uav);
 
   // fleet_state.cpp

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace stairwell::explore {
@@ -107,14 +108,31 @@ void Fleet::Impl::fly_home(Uav& uav) {
   uav.next_decision_s = now_s() + kRetry_s;
 }
 
-/// Down as far as the map shows free space. UAVs that started in the air stay there, unless the battery is empty.
+/// Where a UAV may come down to without coming too near to fellows below, where they are and where they will be.
+double Fleet::Impl::above_fellows_m(const Uav& uav) const {
+  const Eigen::Vector3d at_m = uav.vehicle->state().position_m;
+  double lowest_m = -std::numeric_limits<double>::infinity();
+  for (const Uav& fellow : uavs) {
+    if (fellow.id == uav.id) continue;
+    const Trajectory& way = fellow.commanded();
+    for (const Eigen::Vector3d& there_m : {fellow.vehicle->state().position_m, way.sample(way.end_time_s()).position_m}) {
+      const bool aside = (there_m - at_m).head<2>().norm() >= config.fellow_clearance_m;
+      if (!aside && there_m.z() < at_m.z()) lowest_m = std::max(lowest_m, there_m.z() + config.fellow_clearance_m);
+    }
+  }
+  return lowest_m;
+}
+
+/// Down as far as the map shows free space and no fellow is below. UAVs that started in the air stay there, unless the battery is empty.
 void Fleet::Impl::land(Uav& uav) {
   const bool lands = uav.took_off || uav.out_of_battery;
   const Eigen::Vector3d at_m = uav.vehicle->state().position_m;
   const planning3d::FreeSpace free = uav.belief->space();
   VoxelIndex v = free.grid().index_of(at_m);
   double to_z_m = at_m.z();
+  const double lowest_m = above_fellows_m(uav);
   while (lands && free.traversable(v - VoxelIndex{0, 0, 1})) {
+    if (free.grid().center_of(v - VoxelIndex{0, 0, 1}).z() < lowest_m) break;
     v = v - VoxelIndex{0, 0, 1};
     to_z_m = free.grid().center_of(v).z();
   }

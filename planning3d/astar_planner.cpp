@@ -78,11 +78,12 @@ PlanStatus AstarPlanner::search(Search& search) {
       const GridMove& move = kGridMoves[m];
       if (search.slice && (move.z == 0 ? !level : move.x != 0 || move.y != 0)) continue;
       const VoxelIndex to{v.x + move.x, v.y + move.y, v.z + move.z};
-      if (!heights.contains(to.z) || !search.check.voxel_free(to)) continue;
+      if (!heights.contains(to.z) || !grid.contains(to)) continue;
       const auto next = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(best.cell) + offsets[m]);
       Node& there = nodes_[next];
       const float g = node.g + move.length * (1.0F + 0.5F * (near + nearness_[squared[next]]));
       if (there.stamp == stamp && (there.closed || g >= there.g)) continue;
+      if (!search.check.voxel_free(to)) continue;
       // Two places that fit do not make the diagonal between them fit where it is tight.
       if (move.length > 1.0F && !roomy && !search.check.roomy(to) &&
           !search.check.fits(0.5 * (grid.center_of(v) + grid.center_of(to)))) {

@@ -7,9 +7,9 @@ _stairwell() {
     --planner) COMPREPLY=($(compgen -W "astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --fallback) COMPREPLY=($(compgen -W "auto none astar theta apf agent2d agent3d slice volume rrtconnect rrtstar informed_rrtstar bitstar abitstar prmstar" -- "$current")); return ;;
     --attraction) COMPREPLY=($(compgen -W "cone geodesic" -- "$current")); return ;;
-    --coverage) COMPREPLY=($(compgen -W "layers frontiers kmeans hybrid nearest greedy lawnmower random" -- "$current")); return ;;
+    --coverage) COMPREPLY=($(compgen -W "layers frontiers kmeans hybrid agent nearest greedy lawnmower random" -- "$current")); return ;;
     --gain) COMPREPLY=($(compgen -W "volume entropy" -- "$current")); return ;;
-    --algo) COMPREPLY=($(compgen -W "bc dagger" -- "$current")); return ;;
+    --algo) COMPREPLY=($(compgen -W "bc dagger ddpg td3 sac td3bc dqn" -- "$current")); return ;;
     --head) COMPREPLY=($(compgen -W "unit_vector angles" -- "$current")); return ;;
     --device) COMPREPLY=($(compgen -W "cpu cuda" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
@@ -49,7 +49,7 @@ _stairwell() {
         --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
     train)
       if [[ $COMP_CWORD -eq 2 ]]; then
-        COMPREPLY=($(compgen -W "path2d path3d --help" -- "$current"))
+        COMPREPLY=($(compgen -W "path2d path3d coverage --help" -- "$current"))
         return
       fi
       options="--algo --steps --seed --reward --demonstrations --from --head --attraction --scales --device --out

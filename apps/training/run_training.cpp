@@ -120,9 +120,14 @@ class TrainingFolder {
   double model_saved_s_ = 0.0, checkpoint_saved_s_ = 0.0;
 };
 
-void train_agent(const TrainingRequest& request, CommandContext& context) {
+std::unique_ptr<TrainingRun> make_run(const TrainingRequest& request) {
+  if (request.agent == "coverage") return make_coverage_run(request);
   const bool by_example = request.algorithm == "bc" || request.algorithm == "dagger";
-  const std::unique_ptr<TrainingRun> run = by_example ? make_imitation_run(request) : make_reinforcement_run(request);
+  return by_example ? make_imitation_run(request) : make_reinforcement_run(request);
+}
+
+void train_agent(const TrainingRequest& request, CommandContext& context) {
+  const std::unique_ptr<TrainingRun> run = make_run(request);
   TrainingFolder folder(request, *run);
   TrainingShow show(request.quiet, request.steps);
   while (!run->finished() && context.interrupted == 0) {

@@ -31,6 +31,8 @@ class TrainingRun {
 
 /// bc, dagger
 std::unique_ptr<TrainingRun> make_imitation_run(const TrainingRequest& request);
+/// Coverage: dqn. @throws InputError for options that are not for it
+std::unique_ptr<TrainingRun> make_coverage_run(const TrainingRequest& request);
 /// ddpg, td3, sac, td3bc. @throws InputError naming the model to start from when it cannot be used
 std::unique_ptr<TrainingRun> make_reinforcement_run(const TrainingRequest& request);
 

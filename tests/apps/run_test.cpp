@@ -195,6 +195,21 @@ TEST_CASE("a run leaves the whole folder, and its configuration gives the same r
   CHECK_THAT(complete.out, Contains("complete"));
 }
 
+TEST_CASE("the learned agent explores a room to the end") {
+  const fs::path folder = fresh_folder("run_agent");
+  const fs::path room = testing::write_room(folder);
+  Words words = explore_words(room, folder / "run");
+  words.insert(words.end(), {"--coverage", "agent", "--return", "stay"});
+  const Outcome outcome = run(words);
+  CAPTURE(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const auto metrics = nlohmann::json::parse(outcome.out);
+  CHECK(metrics.at("coverage").get<double>() > 0.98);
+  CHECK(metrics.at("collisions") == 0);
+  CHECK(metrics.at("stop_reason") == "nothing reachable left");
+  CHECK_THAT(read_text(folder / "run" / "config.yaml"), Contains("coverage: agent"));
+}
+
 TEST_CASE("a run killed at any moment and resumed ends like one that was not") {
   const fs::path folder = fresh_folder("killed");
   const fs::path room = testing::write_room(folder);

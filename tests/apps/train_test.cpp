@@ -78,6 +78,25 @@ TEST_CASE("a training by trial and error leaves model, curves and checkpoint, an
   require_refused(training("td3", folder / "nothing", {"--resume"}), "checkpoint: cannot be read");
 }
 
+TEST_CASE("a coverage training leaves its agent's model, and refuses what is for path agents") {
+  const fs::path folder = fresh_folder("train_coverage");
+  const auto words = [&](const fs::path& out, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all{"train", "coverage", "--steps", "4", "--quiet", "--out", out.string()};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  CHECK(run(words(folder / "whole")).code == kExitDone);
+  const nn::Model model = nn::read_model(folder / "whole" / "coverage.model", "coverage");
+  CHECK(model.steps == 4);
+  CHECK(model.command == "stairwell train coverage --algo dqn --steps 4 --seed 1");
+  CHECK_THAT(bytes_of(folder / "whole" / "curves.csv"),
+             Contains("episode,step,reward,t90_s,finish_s,failures,loss,wall_s"));
+  require_refused(words(folder / "whole", {"--resume", "--seed", "2"}), "checkpoint: of another training");
+  require_refused(words(folder / "a", {"--algo", "sac"}), "--algo sac: not for coverage");
+  require_refused(words(folder / "b", {"--demonstrations", "0.5"}), "--demonstrations");
+  require_refused(training("dqn", folder / "c"), "--algo dqn: not for path2d");
+}
+
 TEST_CASE("a training starts only from a model that fits") {
   const fs::path folder = fresh_folder("train_from");
   const std::string models = std::string(STAIRWELL_SOURCE_DIR) + "/models/";

@@ -119,6 +119,7 @@ CoverageConfig config_for(const World& world, const SensorModel& sensor) {
   CoverageConfig config;
   config.sensor = sensor;
   config.box = world.grid().box();
+  config.models_dir = STAIRWELL_SOURCE_DIR "/models";
   return config;
 }
 

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -74,6 +75,22 @@ TEST_CASE("a UAV goes back before its battery is empty, and others do its work")
   CHECK(fleet.stats().open_targets > 0);
   CHECK((fleet.uav_state(0).position_m - Eigen::Vector3d(0.8, 0.8, 0.0)).head<2>().norm() < 0.3);
   CHECK(fleet.uav_state(0).position_m.z() < 0.6);
+}
+
+TEST_CASE("nobody lands on a fellow") {
+  auto config = test::toy_config();
+  config.battery_s = 3.0;
+  config.return_to = ReturnTo::kLand;
+  const double lower_z_m = GENERATE(0.5, 0.9);
+  ToySimulation sim(test::two_rooms(), config, {{0.8, 0.8, 1.8}, {0.9, 0.8, lower_z_m}});
+  explore::ExplorationLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  double least_m = 1e9;
+  do {
+    least_m = std::min(least_m, (fleet.uav_state(0).position_m - fleet.uav_state(1).position_m).norm());
+  } while (fleet.step());
+  CHECK(least_m > 0.5);
+  CHECK(fleet.uav_state(1).position_m.z() < 0.6);
 }
 
 TEST_CASE("a lost UAV stays an obstacle and gives its task back after a time-out") {
