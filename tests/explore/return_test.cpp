@@ -81,8 +81,8 @@ TEST_CASE("nobody lands on a fellow") {
   auto config = test::toy_config();
   config.battery_s = 3.0;
   config.return_to = ReturnTo::kLand;
-  const double lower_z_m = GENERATE(0.5, 0.9);
-  ToySimulation sim(test::two_rooms(), config, {{0.8, 0.8, 1.8}, {0.9, 0.8, lower_z_m}});
+  const double lower_z_m = GENERATE(0.6, 0.75);
+  ToySimulation sim(test::two_rooms(), config, {{0.8, 0.8, lower_z_m + 0.65}, {0.9, 0.8, lower_z_m}});
   explore::ExplorationLog log;
   Fleet fleet(config, sim.doors(), log, no_clock);
   double least_m = 1e9;
