@@ -296,6 +296,7 @@ std::string left_text(const nlohmann::json& metrics) {
   tell("unreachable_targets", "out of reach or sight");
   tell("uavs_out_of_battery", "UAVs out of battery");
   tell("uavs_lost", "UAVs lost");
+  tell("uavs_stalled", "UAVs stalled");
   return text.empty() ? text : text + ")";
 }
 

@@ -246,7 +246,8 @@ nlohmann::ordered_json left_json(const explore::FleetStats& stats) {
   return {{"open_targets", stats.open_targets},
           {"unreachable_targets", stats.unreachable_targets},
           {"uavs_out_of_battery", stats.out_of_battery},
-          {"uavs_lost", stats.lost}};
+          {"uavs_lost", stats.lost},
+          {"uavs_stalled", stats.stalled}};
 }
 
 }  // namespace
@@ -290,6 +291,7 @@ std::string metrics_json(const RunFigures& figures) {
   j["collisions"] = flight.collisions();
   j["map_exchanges"] = fleet.stats().map_exchanges;
   j["voxels_told"] = fleet.stats().voxels_told;
+  j["stalls"] = fleet.stats().stalls;
   j["fallbacks"] = fleet.stats().fallbacks;
   j["fallback_reasons"] = fleet.stats().fallback_reasons;
   j["plan_ms"] = spread(fleet.stats().plan_ms);

@@ -40,6 +40,24 @@ std::vector<explore::Loss> parse_losses(const std::string& text) {
   return losses;
 }
 
+std::vector<explore::Stall> parse_stalls(const std::string& text) {
+  std::vector<explore::Stall> stalls;
+  if (text == "none") return stalls;
+  std::istringstream items(text);
+  for (std::string item; std::getline(items, item, ',');) {
+    const std::size_t at = item.find('@');
+    const std::size_t dots = item.find("..");
+    if (at == std::string::npos || dots < at) {
+      throw InputError("'" + item + "' is not a stall: give UAV@FROM..TO in seconds as in 1@30..60, or 1@30 for good");
+    }
+    explore::Stall& stall = stalls.emplace_back();
+    stall.uav = static_cast<std::size_t>(parse_count(item.substr(0, at)));
+    stall.from_s = parse_number(item.substr(at + 1, dots == std::string::npos ? dots : dots - at - 1));
+    if (dots != std::string::npos) stall.to_s = parse_number(item.substr(dots + 2));
+  }
+  return stalls;
+}
+
 }  // namespace
 
 const std::vector<Entry>& rule_entries() {
@@ -76,6 +94,12 @@ const std::vector<Entry>& rule_entries() {
       {{"lose", "--lose", "UAV@S,..|none", "UAVs that fail at these simulated times"},
        "none",
        [](RunConfig& c, const std::string& t) { c.fleet.losses = parse_losses(t); }},
+      {{"stalled_after_s", "", "", "a UAV that gets on with its task no more for so long gives it back"},
+       "8",
+       number([](RunConfig& c) -> double& { return c.fleet.stalled_after_s; })},
+      {{"stall", "--stall", "UAV@S[..S2],..|none", "UAVs that do not move from, and to, these simulated times"},
+       "none",
+       [](RunConfig& c, const std::string& t) { c.fleet.stalls = parse_stalls(t); }},
   };
   return entries;
 }

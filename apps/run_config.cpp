@@ -420,6 +420,9 @@ std::vector<std::string> RunConfig::problems() const {
   for (const explore::Loss& loss : fleet.losses) {
     if (loss.uav >= uavs) found.push_back("--lose " + std::to_string(loss.uav) + "@..: UAVs are numbered from 0");
   }
+  for (const explore::Stall& stall : fleet.stalls) {
+    if (stall.uav >= uavs) found.push_back("--stall " + std::to_string(stall.uav) + "@..: UAVs are numbered from 0");
+  }
   if (radio_range_m && !(*radio_range_m >= 0.0)) found.emplace_back("--radio-range must not be negative");
   if (!(checkpoint_period_s >= 0.0)) found.emplace_back("checkpoint_period_s must not be negative");
   if (!(world_options.extrude_height_m > 0.0)) found.emplace_back("--extrude-height must be positive");

@@ -90,6 +90,7 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
     uav.took_off = uav.vehicle->landed();
     uav.home_m = uav.vehicle->state().position_m;
     if (uav.took_off) uav.home_m.z() = lift_to_m(uav);
+    uav.progress_m = uav.vehicle->state().position_m;
     uav.belief = beliefs.front().get();
     uav.belief->members.push_back(i);
     uavs.push_back(std::move(uav));
@@ -111,6 +112,7 @@ bool Fleet::Impl::step() {
   ++ticks;
   for (Uav& uav : uavs) uav.vehicle->advance(now_s());
   lose_uavs();
+  hold_uavs();
   regroup();
   sense();
   decide();
@@ -152,6 +154,7 @@ void Fleet::Impl::enter(Uav& uav, Phase phase) {
 }
 
 bool Fleet::Impl::command(Uav& uav, const Trajectory& trajectory) {
+  if (uav.held) return true;
   try {
     uav.vehicle->command(trajectory);
   } catch (const std::invalid_argument& refused) {

@@ -38,6 +38,8 @@ struct FleetStats {
   std::size_t map_exchanges = 0;   ///< times that two groups with maps of their own came into touch
   std::size_t out_of_battery = 0;  ///< UAVs that went back for that reason before all was explored
   std::size_t lost = 0;
+  std::size_t stalls = 0;       ///< times that a UAV gave its task back because it made no progress
+  std::size_t stalled = 0;      ///< UAVs that have made none since
   std::size_t voxels_told = 0;  ///< known voxels in the blocks exchanged then
 };
 

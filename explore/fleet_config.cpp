@@ -39,6 +39,12 @@ std::vector<std::string> FleetConfig::problems() const {
   for (const Loss& loss : losses) {
     if (!(loss.at_s >= 0.0)) found.emplace_back("a UAV is lost at a time that is not negative, as in 1@30");
   }
+  require_positive(found, stalled_after_s, "time-out of stalled UAVs");
+  for (const Stall& stall : stalls) {
+    if (!(stall.from_s >= 0.0 && stall.from_s < stall.to_s)) {
+      found.emplace_back("a UAV stalls from a time that is not negative to a later one, as in 1@30..60");
+    }
+  }
   if (!(takeoff_height_m >= 0.0)) found.emplace_back("take-off height must not be negative");
   if (!(start_bubble_m >= robot.clearance_m())) {
     found.emplace_back("start bubble must be at least the robot's radius plus margin");

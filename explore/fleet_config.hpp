@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,14 @@ enum class ReturnTo { kHome, kLand, kStay };
 struct Loss {
   std::size_t uav = 0;
   double at_s = 0.0;
+};
+
+/// A UAV that takes commands and does not move, for a while (tests of the fleet's behaviour). It still scans and is
+/// heard of.
+struct Stall {
+  std::size_t uav = 0;
+  double from_s = 0.0;
+  double to_s = std::numeric_limits<double>::infinity();
 };
 
 /// Everything a fleet needs to know to explore; nothing about the world itself.
@@ -68,6 +77,8 @@ struct FleetConfig {
   double battery_s = 0.0;                             ///< flying time until it has to be back; 0 = unlimited
   double lost_after_s = 5.0;                          ///< a UAV that is not heard of for so long gives its task back
   std::vector<Loss> losses;
+  double stalled_after_s = 8.0;  ///< a UAV that gets on with its task no more for so long gives it back
+  std::vector<Stall> stalls;
   double takeoff_height_m = 1.0;
   double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
   double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)

@@ -79,6 +79,7 @@ void Fleet::Impl::decide() {
   if (config.avoidance == Avoidance::kOrca) avoid();
   for (Uav& uav : uavs) {
     watch_battery(uav);
+    watch_progress(uav);
     if (!uav.lost_s) advance_phase(uav);
   }
   for (const auto& belief : beliefs) decide_together(*belief);
@@ -115,6 +116,8 @@ void Fleet::Impl::advance_phase(Uav& uav) {
       take_off(uav);
       break;
     case Phase::kTakeoff:
+      if (uav.at_rest(now_s())) lifted(uav) ? scan_around_or_find_goal(uav) : take_off(uav);
+      break;
     case Phase::kRadialScan:
       if (uav.at_rest(now_s())) scan_around_or_find_goal(uav);
       break;
@@ -158,6 +161,11 @@ void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
 
 /// At the goal, with the scan from there in the map: what is still unseen cannot be seen from here.
 void Fleet::Impl::arrive(Uav& uav) {
+  if (uav.goal && !reached(uav)) {
+    uav.next_decision_s = now_s() + kRetry_s;
+    return enter(uav, Phase::kFindGoal);
+  }
+  if (uav.goal) note_progress(uav);
   if (uav.goal && uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal)) {
     uav.belief->strategy->report_failure(*uav.goal, now_s());
     log.on_event(now_s(), uav.id, "goal_failed", "nothing_new_seen");
@@ -202,10 +210,12 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
     view.position_m = state.position_m;
     view.velocity_mps = state.velocity_mps;
     view.yaw_rad = state.yaw_rad;
-    if (!forgotten(uav)) view.goal = uav.goal;
     view.wants_goal = std::find(wanting.begin(), wanting.end(), uav.id) != wanting.end();
+    const bool gave_back = forgotten(uav) || (uav.stalled_s && !view.wants_goal);
+    if (!gave_back) view.goal = uav.goal;
     if (view.goal && !view.wants_goal) view.ahead = looks_ahead(uav.commanded(), now_s());
-    view.placed = !uav.retired() && (belief.has(uav.id) || belief.map.at(state.position_m) == Occupancy::kFree);
+    view.placed =
+        !uav.retired() && !gave_back && (belief.has(uav.id) || belief.map.at(state.position_m) == Occupancy::kFree);
     view.shares_map = belief.has(uav.id);
   }
   request.passed_m = belief.passed_m();
@@ -317,11 +327,14 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
 /// The last visible crumbs cost more flight than all the rest: the fleet stops when only remainders are left to fly to
 /// and, over some time, hardly anything new was seen.
 bool Fleet::Impl::worth_going_on(Belief& belief) {
-  const bool promising = std::ranges::any_of(belief.members, [this](std::size_t id) {
-    const Uav& uav = uavs[id];
-    return (uav.goal && uav.goal->gain_m3 >= config.remainder_gain_m3) ||
-           (uav.phase != Phase::kTravel && uav.phase != Phase::kFindGoal);
-  });
+  const auto stalls = [this](std::size_t id) { return uavs[id].stalled_s.has_value(); };
+  const bool nobody_moves = std::ranges::all_of(belief.members, stalls);
+  const bool promising = nobody_moves || std::ranges::any_of(belief.members, [&](std::size_t id) {
+                           const Uav& uav = uavs[id];
+                           if (stalls(id)) return false;
+                           return (uav.goal && uav.goal->gain_m3 >= config.remainder_gain_m3) ||
+                                  (uav.phase != Phase::kTravel && uav.phase != Phase::kFindGoal);
+                         });
   const auto growth = static_cast<double>(belief.map.known_voxels()) - static_cast<double>(belief.yield_voxels);
   if (promising || growth > config.min_growth * static_cast<double>(belief.yield_voxels)) {
     belief.yield_since_s = now_s();
@@ -335,7 +348,7 @@ bool Fleet::Impl::worth_going_on(Belief& belief) {
 void Fleet::Impl::finish_if_nothing_left() {
   if (exploration_end_s >= 0.0) return end_run_when_down();
   const bool all_idle = std::ranges::all_of(uavs, [this](const Uav& uav) {
-    return uav.retired() || (uav.phase == Phase::kFindGoal && uav.idle && uav.at_rest(now_s()));
+    return uav.retired() || dispensable(uav) || (uav.phase == Phase::kFindGoal && uav.idle && uav.at_rest(now_s()));
   });
   if (!all_idle) {
     idle_since_s = -1.0;
@@ -350,7 +363,7 @@ void Fleet::Impl::finish_if_nothing_left() {
 }
 
 void Fleet::Impl::end_run_when_down() {
-  const auto down = [](const Uav& uav) { return uav.lost_s || uav.phase == Phase::kDone; };
+  const auto down = [](const Uav& uav) { return uav.lost_s || uav.stalled_s || uav.phase == Phase::kDone; };
   if (!std::ranges::all_of(uavs, down)) return;
   reason = StopReason::kNothingReachableLeft;
   if (stats.out_of_battery > 0 && stats.open_targets > 0) reason = StopReason::kBattery;

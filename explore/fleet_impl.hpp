@@ -68,6 +68,15 @@ struct Fleet::Impl {
   double above_fellows_m(const Uav& uav) const;
   void land(Uav& uav);
 
+  // fleet_stall.cpp: no progress
+  void hold_uavs();
+  void watch_progress(Uav& uav);
+  void give_task_back(Uav& uav);
+  bool reached(const Uav& uav) const;
+  void note_progress(Uav& uav);
+  bool lifted(const Uav& uav) const;
+  bool dispensable(const Uav& uav) const;
+
   // fleet_state.cpp
   void load(const nlohmann::json& state, std::vector<mapping::OccupancyMap> maps);
 

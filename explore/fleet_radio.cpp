@@ -50,7 +50,7 @@ void Fleet::Impl::regroup() {
   for (const Group& group : groups) join(group);
   for (const auto& belief : beliefs) {
     for (const Uav& uav : uavs) {
-      if (uav.lost_s ? forgotten(uav) : uav.retired()) tasks.give_up(uav.id);
+      if (uav.lost_s ? forgotten(uav) : uav.retired() || uav.stalled_s) tasks.give_up(uav.id);
       if (forgotten(uav)) {
         belief->passed.erase(uav.id);  // nobody will ever be told what it saw
       } else if (!belief->has(uav.id)) {
@@ -99,7 +99,8 @@ void Fleet::Impl::share_tasks(const std::vector<std::size_t>& group) {
   std::vector<coverage3d::TaskBoard::Worker> workers;
   for (const std::size_t id : group) {
     const Uav& uav = uavs[id];
-    if (!uav.retired()) workers.push_back({id, uav.goal ? uav.goal->position_m : uav.vehicle->state().position_m});
+    if (!uav.retired() && !uav.stalled_s)
+      workers.push_back({id, uav.goal ? uav.goal->position_m : uav.vehicle->state().position_m});
   }
   tasks.share(workers);
 }

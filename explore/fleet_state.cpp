@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kStateVersion = 3;
+constexpr int kStateVersion = 4;
 constexpr std::size_t kNumbersPerState = 11;
 
 json to_json(const Eigen::Vector3d& v) { return json::array({v.x(), v.y(), v.z()}); }
@@ -84,9 +84,13 @@ json to_json(const Uav& uav) {
             {"failed_returns", uav.failed_returns},
             {"home_m", to_json(uav.home_m)},
             {"flying_since_s", uav.flying_since_s},
+            {"progress_m", to_json(uav.progress_m)},
+            {"progress_s", uav.progress_s},
+            {"held", uav.held},
             {"trajectory", to_json(uav.commanded())}};
   if (uav.goal) j["goal"] = to_json(*uav.goal);
   if (uav.lost_s) j["lost_s"] = *uav.lost_s;
+  if (uav.stalled_s) j["stalled_s"] = *uav.stalled_s;
   if (uav.scanned_at_m.allFinite()) j["scanned_at_m"] = to_json(uav.scanned_at_m);
   return j;
 }
@@ -106,6 +110,10 @@ void restore(Uav& uav, const json& j) {
   uav.failed_returns = j.at("failed_returns").get<int>();
   uav.home_m = vector_from(j.at("home_m"));
   uav.flying_since_s = j.at("flying_since_s").get<double>();
+  uav.progress_m = vector_from(j.at("progress_m"));
+  uav.progress_s = j.at("progress_s").get<double>();
+  uav.held = j.at("held").get<bool>();
+  if (j.contains("stalled_s")) uav.stalled_s = j.at("stalled_s").get<double>();
   if (j.contains("lost_s")) uav.lost_s = j.at("lost_s").get<double>();
   if (j.contains("goal")) uav.goal = goal_from(j.at("goal"));
   if (j.contains("scanned_at_m")) uav.scanned_at_m = vector_from(j.at("scanned_at_m"));
@@ -139,6 +147,8 @@ json to_json(const FleetStats& stats) {
           {"unreachable_targets", stats.unreachable_targets},
           {"out_of_battery", stats.out_of_battery},
           {"lost", stats.lost},
+          {"stalls", stats.stalls},
+          {"stalled", stats.stalled},
           {"map_exchanges", stats.map_exchanges},
           {"voxels_told", stats.voxels_told}};
 }
@@ -154,6 +164,8 @@ FleetStats stats_from(const json& j) {
   stats.unreachable_targets = j.at("unreachable_targets").get<std::size_t>();
   stats.out_of_battery = j.at("out_of_battery").get<std::size_t>();
   stats.lost = j.at("lost").get<std::size_t>();
+  stats.stalls = j.at("stalls").get<std::size_t>();
+  stats.stalled = j.at("stalled").get<std::size_t>();
   stats.map_exchanges = j.at("map_exchanges").get<std::size_t>();
   stats.voxels_told = j.at("voxels_told").get<std::size_t>();
   return stats;

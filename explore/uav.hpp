@@ -27,12 +27,16 @@ struct Uav {
   Phase phase = Phase::kGrounded;
   Eigen::Vector3d home_m = Eigen::Vector3d::Zero();  ///< in the air above its start
   double flying_since_s = 0.0;
-  bool out_of_battery = false;   ///< goes back for that reason
-  double way_home_s = 0.0;       ///< when last computed, with the reserve
-  double way_home_due_s = 0.0;   ///< when it is to be computed again
-  int failed_returns = 0;        ///< plans in a row for the way home that failed
-  std::optional<double> lost_s;  ///< not heard of since then; stays where it is
-  bool took_off = false;         ///< started from the ground, so it lands at the end
+  bool out_of_battery = false;                           ///< goes back for that reason
+  double way_home_s = 0.0;                               ///< when last computed, with the reserve
+  double way_home_due_s = 0.0;                           ///< when it is to be computed again
+  int failed_returns = 0;                                ///< plans in a row for the way home that failed
+  std::optional<double> lost_s;                          ///< not heard of since then; stays where it is
+  std::optional<double> stalled_s;                       ///< gave its task back then, and has made no progress since
+  Eigen::Vector3d progress_m = Eigen::Vector3d::Zero();  ///< where it was when it last made progress ...
+  double progress_s = 0.0;                               ///< ... and when
+  bool held = false;                                     ///< does not move, whatever it is commanded
+  bool took_off = false;                                 ///< started from the ground, so it lands at the end
   std::optional<coverage3d::Goal> goal;
   double goal_given_s = 0.0;
   double next_decision_s = 0.0;  ///< not before: computing (charged) or waiting after a failure

@@ -5,6 +5,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+#include <map>
+#include <string>
+
 namespace stairwell::apps {
 
 using Catch::Contains;
@@ -69,7 +73,8 @@ TEST_CASE("rules of exploring are read, and refused with the mend") {
                  {"radio_range_m", {"5", "--radio-range"}},
                  {"return", {"home", "--return"}},
                  {"battery_min", {"15", "--battery-min"}},
-                 {"lose", {"1@30,0@45.5", "--lose"}}};
+                 {"lose", {"1@30,0@45.5", "--lose"}},
+                 {"stall", {"1@30..60.5,0@45", "--stall"}}};
   const RunConfig limited = resolve(fleet);
   CHECK(limited.radio_range_m == 5.0);
   CHECK(limited.fleet.return_to == explore::ReturnTo::kHome);
@@ -77,10 +82,25 @@ TEST_CASE("rules of exploring are read, and refused with the mend") {
   REQUIRE(limited.fleet.losses.size() == 2);
   CHECK(limited.fleet.losses[1].uav == 0);
   CHECK(limited.fleet.losses[1].at_s == 45.5);
+  REQUIRE(limited.fleet.stalls.size() == 2);
+  CHECK(limited.fleet.stalls[0].uav == 1);
+  CHECK(limited.fleet.stalls[0].from_s == 30.0);
+  CHECK(limited.fleet.stalls[0].to_s == 60.5);
+  CHECK(limited.fleet.stalls[1].from_s == 45.0);
+  CHECK(std::isinf(limited.fleet.stalls[1].to_s));
   CHECK_FALSE(config.radio_range_m);
   CHECK(config.fleet.battery_s == 0.0);
   Settings nobody{{"world", {"a.sdf", ""}}, {"lose", {"1@30", "--lose"}}};
   CHECK_THAT(message_of([&] { require_usable(resolve(nobody)); }), Contains("--lose 1@.."));
+  for (const auto& [text, mend] :
+       std::map<std::string, std::string>{{"1@30", "--stall 1@.."}, {"0@9..5", "1@30..60"}}) {
+    Settings bad{{"world", {"a.sdf", ""}}, {"stall", {text, "--stall"}}};
+    CHECK_THAT(message_of([&] { require_usable(resolve(bad)); }), Contains(mend));
+  }
+  for (const char* const text : {"1", "1..5", "1@", "1@5..", "@5"}) {
+    Settings bad{{"stall", {text, "--stall"}}};
+    CHECK_THAT(message_of([&] { resolve(bad); }), Contains("--stall: "));
+  }
   for (const char* const text : {"0", "-1", "soon"}) {
     Settings bad{{"battery_min", {text, "--battery-min"}}};
     CHECK_THAT(message_of([&] { resolve(bad); }), Contains("--battery-min: "));

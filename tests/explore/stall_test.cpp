@@ -1,0 +1,135 @@
+#include "toy_building.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+using namespace stairwell;
+using explore::Fleet;
+using explore::StopReason;
+using test::ToySimulation;
+
+namespace {
+
+double no_clock() { return 0.0; }
+
+const std::vector<Eigen::Vector3d> kTwoStarts_m{{0.8, 0.8, 1.0}, {0.8, 3.2, 1.0}};
+
+/// Events of UAV 1, and goals of all.
+struct StallLog final : explore::ExplorationLog {
+  void on_event(double time_s, std::size_t uav, std::string_view event, std::string_view) override {
+    if (uav == 1) events[std::string(event)].push_back(time_s);
+  }
+  void on_goal(double time_s, std::size_t uav, const Eigen::Vector3d& goal_m, double, std::string_view) override {
+    goals.push_back({time_s, uav, goal_m});
+  }
+  struct Given {
+    double time_s;
+    std::size_t uav;
+    Eigen::Vector3d goal_m;
+  };
+  std::map<std::string, std::vector<double>> events;
+  std::vector<Given> goals;
+};
+
+/// In the second room.
+std::size_t unknown_voxels(const Fleet& fleet) {
+  std::size_t unknown = 0;
+  for (double y = 0.3; y < 3.8; y += 0.1)
+    for (double x = 3.4; x < 5.8; x += 0.1)
+      unknown += fleet.map().at(Eigen::Vector3d(x, y, 1.0)) == Occupancy::kUnknown ? 1 : 0;
+  return unknown;
+}
+
+/// Least distance between UAVs 0 and 1 until the end.
+double fly(Fleet& fleet) {
+  double least_m = 1e9;
+  while (fleet.step())
+    least_m = std::min(least_m, (fleet.uav_state(0).position_m - fleet.uav_state(1).position_m).norm());
+  return least_m;
+}
+
+}  // namespace
+
+TEST_CASE("a stalled UAV stays an obstacle and gives its task back after a time-out") {
+  auto config = test::toy_config();
+  const bool landed = GENERATE(false, true);
+  config.return_to = GENERATE(explore::ReturnTo::kHome, explore::ReturnTo::kLand);
+  config.stalls = {{1, landed ? 0.0 : 1.5}};
+  config.stalled_after_s = 5.0;
+  std::vector<Eigen::Vector3d> starts_m = kTwoStarts_m;
+  if (landed) {
+    for (Eigen::Vector3d& start_m : starts_m) start_m.z() = 0.0;
+  }
+  ToySimulation sim(test::two_rooms(), config, starts_m, landed);
+  StallLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  const double least_m = fly(fleet);
+  REQUIRE(log.events.contains("stalled"));
+  CHECK(log.events["stalled"].front() >= config.stalls.front().from_s + 5.0 - 0.2);
+  CHECK(log.events["stalled"].front() <= config.stalls.front().from_s + 8.0);
+  CHECK(log.events["goal_failed"].empty());
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(fleet.time_s() < 100.0);
+  CHECK(fleet.stats().stalls == 1);
+  CHECK(fleet.stats().stalled == 1);
+  CHECK(least_m >= config.fellow_clearance_m - 0.02);
+  CHECK(unknown_voxels(fleet) == 0);
+}
+
+TEST_CASE("a UAV that stalls for a while goes on afterwards, alone or not") {
+  auto config = test::toy_config();
+  config.stalls = {{1, 1.5, 40.0}};
+  config.stalled_after_s = 4.0;
+  const bool alone = GENERATE(false, true);
+  if (alone) config.losses = {{0, 2.0}};
+  ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
+  StallLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  const double least_m = fly(fleet);
+  CHECK(log.events["task_given_back"].size() >= 1);
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(unknown_voxels(fleet) == 0);
+  CHECK(least_m >= config.fellow_clearance_m - 0.02);
+  CHECK(fleet.stats().stalls == 1);
+  if (!alone) return;
+  REQUIRE(log.events.contains("moves_again"));
+  CHECK(log.events["moves_again"].front() > 40.0);
+  CHECK(log.events["moves_again"].front() < 40.0 + config.stalled_after_s + 3.0);
+  CHECK(fleet.stats().stalled == 0);
+}
+
+TEST_CASE("a fleet with a stalled UAV is saved and carries on as if it had not been") {
+  auto config = test::toy_config();
+  config.stalls = {{1, 1.5, 12.0}};
+  config.stalled_after_s = 4.0;
+  std::vector<Eigen::Vector3d> ends_m;
+  std::string state;
+  std::vector<mapping::OccupancyMap> maps;
+  explore::ExplorationLog log;
+  const auto run = [&](Fleet& fleet) {
+    while (fleet.step()) {
+      if (state.empty() && fleet.time_s() > 7.0) {
+        state = fleet.save_state();
+        maps.push_back(fleet.map().clone());
+      }
+    }
+    for (std::size_t i = 0; i < fleet.size(); ++i) ends_m.push_back(fleet.uav_state(i).position_m);
+    CHECK(fleet.stats().stalls == 1);
+    CHECK(unknown_voxels(fleet) == 0);
+  };
+  {
+    ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
+    Fleet fleet(config, sim.doors(), log, no_clock);
+    run(fleet);
+  }
+  ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  fleet.load_state(state, std::move(maps));
+  CHECK(fleet.stats().stalled == 1);
+  run(fleet);
+  for (std::size_t i = 0; i < 2; ++i) CHECK((ends_m[i] - ends_m[i + 2]).norm() < 1e-6);
+}
