@@ -56,8 +56,13 @@ bool near_ground(const std::string_view phase) {
   return phase == "grounded" || phase == "takeoff" || phase == "land" || phase == "done";
 }
 
+constexpr std::size_t kLargeVoxels = 20'000'000;  // above it, half a minute and more
+
 /// Of what the fleet can see from where it can get to. @throws InputError when that is nothing
-CoverageMeter coverage_meter(const Simulation& simulation) {
+CoverageMeter coverage_meter(const Simulation& simulation, Progress& progress) {
+  if (simulation.truth().grid().voxel_count() > kLargeVoxels) {
+    progress.note("measuring what can be explored of a large world: this takes a while");
+  }
   CoverageMeter meter(simulation.truth().grid(), simulation.explorable(simulation.reachable()));
   if (meter.explorable_count() == 0) {
     throw InputError("--box holds no free space that the robot can reach from its starts: move or enlarge it");
@@ -249,7 +254,7 @@ ExploreResult run_new(Settings settings, Progress& progress, const volatile std:
   const fs::path folder = choose_run_folder(config);
   Simulation simulation(config);
   record_resolved(simulation.config(), settings);
-  CoverageMeter coverage = coverage_meter(simulation);  // the last of the input's checks
+  CoverageMeter coverage = coverage_meter(simulation, progress);  // the last of the input's checks
   make_run_folder(folder);
   const std::string heading = std::string("Stairwell ") + kVersion + ": resolved configuration of this run";
   write_file_atomically(folder / "config.yaml", to_yaml(settings, heading));
@@ -272,7 +277,7 @@ ExploreResult run_resumed(const fs::path& folder, Progress& progress, const vola
   require_usable(config);
   Simulation simulation(config);
   progress.note("resuming " + folder.string());
-  return run_in(simulation, coverage_meter(simulation), folder, progress, interrupted);
+  return run_in(simulation, coverage_meter(simulation, progress), folder, progress, interrupted);
 }
 
 }  // namespace
