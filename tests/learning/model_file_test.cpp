@@ -6,6 +6,9 @@
 #include <catch2/catch.hpp>
 
 #include <fstream>
+#include <string>
+
+#include <unistd.h>
 
 using namespace stairwell;
 using namespace stairwell::nn;
@@ -13,8 +16,11 @@ using Catch::Contains;
 
 namespace {
 
+/// In a folder of this process: cases run side by side.
 std::filesystem::path written(const std::string& bytes) {
-  const auto file = std::filesystem::path(STAIRWELL_TEST_TMP) / "some.model";
+  const auto folder = std::filesystem::path(STAIRWELL_TEST_TMP) / std::to_string(getpid());
+  std::filesystem::create_directories(folder);
+  const auto file = folder / "some.model";
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   return file;
 }
