@@ -1,11 +1,7 @@
 #include "coverage3d/frontier_strategy.hpp"
 
-#include "core/errors.hpp"
 #include "core/units.hpp"
-#include "coverage3d/json_vector.hpp"
 #include "coverage3d/tour.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +34,6 @@ constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
 constexpr double kSamePlace_m = 0.4;     // margin around a cluster within which a goal's target belongs to it
 constexpr std::ptrdiff_t kMostRepeats = 3;
-constexpr int kStateVersion = 1;
 
 ViewpointConfig viewpoint_config(const CoverageConfig& config) {
   ViewpointConfig views;
@@ -261,24 +256,26 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
   int least = kRest;
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
   std::vector<Stop> first;
-  std::vector<const Stop*> later;
+  std::vector<std::pair<double, const Stop*>> later;
   for (const Stop& stop : stops) {
-    if (rank(stop) == least || soonest_s(crew, stop.pose()) < near_s) {
+    const double now_s = rank(stop) == least ? 0.0 : soonest_s(crew, stop.pose());
+    if (now_s < near_s) {
       first.push_back(stop);
     } else {
-      later.push_back(&stop);
+      later.emplace_back(now_s, &stop);
     }
   }
   if (!finish_) return first;
   // Where every last one counts, what nothing that comes first leads nearer to is not left behind.
   const std::size_t leading = first.size();
-  for (const Stop* const stop : later) {
-    const double now_s = soonest_s(crew, stop->pose());
-    const bool led_to =
-        std::any_of(first.begin(), first.begin() + static_cast<std::ptrdiff_t>(leading), [&](const Stop& other) {
-          return (other.pose().position_m - stop->pose().position_m).norm() < now_s * config_.limits.speed_mps;
-        });
-    if (now_s < kLeftBehind_s && !led_to) first.push_back(*stop);
+  for (const auto& entry : later) {
+    const double soonest = entry.first;
+    const Stop* const stop = entry.second;
+    const double reach_m = soonest * config_.limits.speed_mps;
+    const bool led_to = std::any_of(
+        first.begin(), first.begin() + static_cast<std::ptrdiff_t>(leading),
+        [&](const Stop& other) { return (other.pose().position_m - stop->pose().position_m).norm() < reach_m; });
+    if (soonest < kLeftBehind_s && !led_to) first.push_back(*stop);
   }
   return first;
 }
@@ -482,46 +479,6 @@ bool FrontierStrategy::still_useful(const planning3d::FreeSpace& space, const Go
 
 void FrontierStrategy::report_failure(const Goal& goal, double time_s) {
   blacklist_.report(goal.position_m, goal.target_m, time_s);
-}
-
-std::string FrontierStrategy::save_state() const {
-  nlohmann::json state = {{"strategy", std::string(name())},
-                          {"version", kStateVersion},
-                          {"blacklist", blacklist_.to_json()},
-                          {"start_height_m", nullptr}};
-  if (start_height_m_) state["start_height_m"] = *start_height_m_;
-  state["given"] = nlohmann::json::array();
-  for (const GivenGoal& given : given_) {
-    nlohmann::json cells = nlohmann::json::array();
-    for (const VoxelIndex& v : given.cells) cells.push_back({v.x, v.y, v.z});
-    state["given"].push_back({{"position_m", json_of(given.position_m)},
-                              {"target_m", json_of(given.target_m)},
-                              {"cells", std::move(cells)}});
-  }
-  return state.dump();
-}
-
-void FrontierStrategy::load_state(const std::string& state) try {
-  const nlohmann::json json = nlohmann::json::parse(state);
-  if (json.at("strategy").get<std::string>() != name())
-    throw InputError("saved state is of strategy '" + json.at("strategy").get<std::string>() + "', not '" +
-                     std::string(name()) + "'");
-  if (json.at("version").get<int>() != kStateVersion) throw InputError("saved coverage state has another version");
-  std::deque<GivenGoal> given;
-  for (const nlohmann::json& item : json.at("given")) {
-    given.push_back({vector_of(item.at("position_m")), vector_of(item.at("target_m")), {}});
-    for (const nlohmann::json& v : item.at("cells"))
-      given.back().cells.push_back({v.at(0).get<int>(), v.at(1).get<int>(), v.at(2).get<int>()});
-  }
-  std::optional<double> start_height_m;
-  if (!json.at("start_height_m").is_null()) start_height_m = json.at("start_height_m").get<double>();
-  Blacklist blacklist = blacklist_;
-  blacklist.from_json(json.at("blacklist"));
-  blacklist_ = std::move(blacklist);
-  given_ = std::move(given);
-  start_height_m_ = start_height_m;
-} catch (const nlohmann::json::exception& error) {
-  throw InputError(std::string("saved coverage state is damaged: ") + error.what());
 }
 
 }  // namespace stairwell::coverage3d
