@@ -327,11 +327,11 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
 /// The last visible crumbs cost more flight than all the rest: the fleet stops when only remainders are left to fly to
 /// and, over some time, hardly anything new was seen.
 bool Fleet::Impl::worth_going_on(Belief& belief) {
-  const auto stalls = [this](std::size_t id) { return uavs[id].stalled_s.has_value(); };
-  const bool nobody_moves = std::ranges::all_of(belief.members, stalls);
+  const auto out_of_it = [this](std::size_t id) { return uavs[id].stalled_s || uavs[id].lost_s; };
+  const bool nobody_moves = std::ranges::all_of(belief.members, out_of_it);
   const bool promising = nobody_moves || std::ranges::any_of(belief.members, [&](std::size_t id) {
                            const Uav& uav = uavs[id];
-                           if (stalls(id)) return false;
+                           if (out_of_it(id)) return false;
                            return (uav.goal && uav.goal->gain_m3 >= config.remainder_gain_m3) ||
                                   (uav.phase != Phase::kTravel && uav.phase != Phase::kFindGoal);
                          });

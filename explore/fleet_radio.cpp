@@ -51,8 +51,8 @@ void Fleet::Impl::regroup() {
   for (const auto& belief : beliefs) {
     for (const Uav& uav : uavs) {
       if (uav.lost_s ? forgotten(uav) : uav.retired() || uav.stalled_s) tasks.give_up(uav.id);
-      if (forgotten(uav)) {
-        belief->passed.erase(uav.id);  // nobody will ever be told what it saw
+      if (forgotten(uav) || uav.stalled_s) {
+        belief->passed.erase(uav.id);  // nobody will be told what it saw
       } else if (!belief->has(uav.id)) {
         belief->note_absent(uav.id, uav.vehicle->state().position_m);
       }

@@ -36,11 +36,11 @@ struct StallLog final : explore::ExplorationLog {
 };
 
 /// In the second room.
-std::size_t unknown_voxels(const Fleet& fleet) {
+std::size_t unknown_voxels(const mapping::OccupancyMap& map) {
   std::size_t unknown = 0;
   for (double y = 0.3; y < 3.8; y += 0.1)
     for (double x = 3.4; x < 5.8; x += 0.1)
-      unknown += fleet.map().at(Eigen::Vector3d(x, y, 1.0)) == Occupancy::kUnknown ? 1 : 0;
+      unknown += map.at(Eigen::Vector3d(x, y, 1.0)) == Occupancy::kUnknown ? 1 : 0;
   return unknown;
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("a stalled UAV stays an obstacle and gives its task back after a time-
   CHECK(fleet.stats().stalls == 1);
   CHECK(fleet.stats().stalled == 1);
   CHECK(least_m >= config.fellow_clearance_m - 0.02);
-  CHECK(unknown_voxels(fleet) == 0);
+  CHECK(unknown_voxels(fleet.map()) == 0);
 }
 
 TEST_CASE("a UAV that stalls for a while goes on afterwards, alone or not") {
@@ -92,7 +92,7 @@ TEST_CASE("a UAV that stalls for a while goes on afterwards, alone or not") {
   const double least_m = fly(fleet);
   CHECK(log.events["task_given_back"].size() >= 1);
   CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
-  CHECK(unknown_voxels(fleet) == 0);
+  CHECK(unknown_voxels(fleet.map()) == 0);
   CHECK(least_m >= config.fellow_clearance_m - 0.02);
   CHECK(fleet.stats().stalls == 1);
   if (!alone) return;
@@ -100,6 +100,36 @@ TEST_CASE("a UAV that stalls for a while goes on afterwards, alone or not") {
   CHECK(log.events["moves_again"].front() > 40.0);
   CHECK(log.events["moves_again"].front() < 40.0 + config.stalled_after_s + 3.0);
   CHECK(fleet.stats().stalled == 0);
+}
+
+TEST_CASE("a UAV that stalls beside a lost one goes on afterwards, however little the fleet sees meanwhile") {
+  auto config = test::toy_config();
+  config.stalls = {{1, 1.5, 40.0}};
+  config.losses = {{0, 2.0}};
+  config.stalled_after_s = 4.0;
+  config.patience_s = 6.0;
+  config.remainder_gain_m3 = 1e9;
+  ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
+  StallLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  fly(fleet);
+  CHECK(log.events.contains("moves_again"));
+  CHECK(unknown_voxels(fleet.map()) == 0);
+}
+
+TEST_CASE("what a stalled UAV out of radio reach answered for is taken over by others") {
+  auto config = test::toy_config();
+  config.stalls = {{GENERATE(0u, 1u), GENERATE(0.5, 4.0)}};
+  config.stalled_after_s = 4.0;
+  ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
+  const sim3d::RangeRadio radio(0.3);
+  StallLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock, &radio);
+  const double least_m = fly(fleet);
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(fleet.time_s() < 100.0);
+  CHECK(unknown_voxels(fleet.map_of(1 - config.stalls.front().uav)) == 0);
+  CHECK(least_m >= config.fellow_clearance_m - 0.02);
 }
 
 TEST_CASE("a fleet with a stalled UAV is saved and carries on as if it had not been") {
@@ -119,7 +149,7 @@ TEST_CASE("a fleet with a stalled UAV is saved and carries on as if it had not b
     }
     for (std::size_t i = 0; i < fleet.size(); ++i) ends_m.push_back(fleet.uav_state(i).position_m);
     CHECK(fleet.stats().stalls == 1);
-    CHECK(unknown_voxels(fleet) == 0);
+    CHECK(unknown_voxels(fleet.map()) == 0);
   };
   {
     ToySimulation sim(test::two_rooms(), config, kTwoStarts_m);
