@@ -78,8 +78,22 @@ class AgentView {
  private:
   void face(const Eigen::Vector3d& at_m, Observation& seen);
   void write_features(const Eigen::Vector3d& at_m, Observation& seen) const;
-  void sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes) const;
-  std::uint8_t attraction_byte(const Eigen::Vector3d& at_m, double span_m) const;
+  /// A vertical line of a window's samples, and the lowest voxel and field cell on it.
+  struct Column {
+    Eigen::Vector2d at_m;
+    std::size_t voxel = 0, cell = 0;
+    bool within = false, in_field = false;
+  };
+  /// A level of a window's samples: what is to be added to its columns' places.
+  struct Layer {
+    double spacing_m = 0.0, z_m = 0.0;
+    std::size_t voxel = 0, cell = 0;
+    bool within = false, in_field = false;
+  };
+  void sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes);
+  void find_columns(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad);
+  void sample(const Layer& layer, AgentInput::Channel channel, std::uint8_t* bytes) const;
+  void write_cone(const Layer& layer, double span_m, std::uint8_t* bytes) const;
   double clearance_m(const Eigen::Vector3d& at_m) const;
 
   AgentInput input_;
@@ -88,6 +102,7 @@ class AgentView {
   std::vector<KeepOut> keep_out_;
   std::vector<std::uint8_t> clearance_bytes_;  ///< by squared distance in voxels
   std::vector<std::uint8_t> visited_;          ///< by cell of the field
+  std::vector<Column> columns_;                ///< of the window in work
   std::vector<Eigen::Vector3d> way_m_;
   std::array<Eigen::Vector3d, AgentInput::kPreviews_m.size()> previews_;
   double yaw_rad_ = 0.0;
