@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kStep_m = 0.12;
 constexpr double kSolidReach_m = 2.0;
+constexpr double kLeastLong_m = 17.0, kMostLong_m = 23.0;  // a path of about 20 m
 
 /// Flies as the agents do, without a network: down the way that they are shown, or where the teacher points.
 class Follower final : public planning3d::Planner {
@@ -114,13 +115,14 @@ struct Tally {
   explicit Tally(std::string name) { figures.planner = std::move(name); }
   PlannerFigures figures;
   double length = 0.0, clearance = 0.0, turn = 0.0;
-  std::vector<double> ms;
+  std::vector<double> ms, long_ms;
 
   void add(const PlanResult& plan, double optimum_m, const mapping::DistanceField& solid, double took_s) {
     ++figures.episodes;
     ms.push_back(1e3 * took_s);
     if (plan.status != PlanStatus::kReached) return;
     ++figures.reached;
+    if (plan.length_m >= kLeastLong_m && plan.length_m <= kMostLong_m) long_ms.push_back(1e3 * took_s);
     const auto points = resampled(plan.path_m);
     double least = kSolidReach_m;
     for (const Eigen::Vector3d& p : points) least = std::min(least, clearance_m(solid, p));
@@ -130,6 +132,12 @@ struct Tally {
     figures.least_clearance_m =
         std::isnan(figures.least_clearance_m) ? least : std::min(figures.least_clearance_m, least);
   }
+  static void median_and_most(std::vector<double>& values, double& median, double& most) {
+    if (values.empty()) return;
+    std::ranges::sort(values);
+    median = values[values.size() / 2];
+    most = values.back();
+  }
   PlannerFigures finish() {
     const double n = static_cast<double>(figures.reached);
     if (figures.episodes > 0) figures.success = n / static_cast<double>(figures.episodes);
@@ -138,11 +146,9 @@ struct Tally {
       figures.min_clearance_m = clearance / n;
       figures.mean_turn_deg = turn / n;
     }
-    if (!ms.empty()) {
-      std::ranges::sort(ms);
-      figures.plan_ms = ms[ms.size() / 2];
-      figures.max_plan_ms = ms.back();
-    }
+    median_and_most(ms, figures.plan_ms, figures.max_plan_ms);
+    median_and_most(long_ms, figures.long_plan_ms, figures.max_long_plan_ms);
+    figures.long_paths = long_ms.size();
     return figures;
   }
 };

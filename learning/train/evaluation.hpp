@@ -42,6 +42,9 @@ struct PlannerFigures {
   double mean_turn_deg = std::numeric_limits<double>::quiet_NaN();      ///< between steps of 0.12 m (SPEC A14)
   double plan_ms = std::numeric_limits<double>::quiet_NaN();            ///< median
   double max_plan_ms = std::numeric_limits<double>::quiet_NaN();
+  std::size_t long_paths = 0;                                          ///< reached by a path of 17 to 23 m
+  double long_plan_ms = std::numeric_limits<double>::quiet_NaN();      ///< of these, median
+  double max_long_plan_ms = std::numeric_limits<double>::quiet_NaN();  ///< of these
 };
 
 struct EvaluationResult {
