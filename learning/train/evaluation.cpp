@@ -4,6 +4,7 @@
 #include "core/units.hpp"
 #include "learning/train/teacher.hpp"
 #include "learning/train/training_world.hpp"
+#include "learning/train/widest_planner.hpp"
 #include "planning3d/agent_planner.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/safety_check.hpp"
@@ -239,8 +240,10 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
   planning3d::AgentPlanner agent(model), exacting(model, unforgiving);
   const auto astar = planning3d::make_planner("astar");
   Follower way(suite.plane, false), teacher(suite.plane, true);
+  WidestPlanner roomiest(suite.plane);
   const planning3d::SafetyCheck check;
-  Tally raw("agent"), strict("strict"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
+  Tally raw("agent"), strict("strict"), net("agent+net"), search("astar"), follower("way"), taught("teacher"),
+      widest("widest");
   std::map<std::string, int> failures;
   const auto now_s = [&] { return options.clock_s ? options.clock_s() : 0.0; };
   const auto all = static_cast<std::size_t>(suite.worlds) * static_cast<std::size_t>(suite.tasks_per_world);
@@ -271,12 +274,16 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
               flown.second + (fell_back ? searched.second : 0.0));
       measure(way, follower);
       measure(teacher, taught);
+      if (options.widest) {
+        roomiest.set_solid(*solid);
+        measure(roomiest, widest);
+      }
       if (options.progress) options.progress(done, all);
     }
     if (options.interrupted && options.interrupted()) break;
   }
-  EvaluationResult result{
-      raw.finish(), strict.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
+  EvaluationResult result{raw.finish(),      strict.finish(), net.finish(),    search.finish(),
+                          follower.finish(), taught.finish(), widest.finish(), {}};
   for (const auto& [reason, count] : failures) result.failures.push_back(reason + ": " + std::to_string(count));
   return result;
 }

@@ -54,6 +54,7 @@ struct EvaluationResult {
   PlannerFigures astar;    ///< on the same tasks
   PlannerFigures way;      ///< the field that the agent is shown, followed without a network
   PlannerFigures teacher;  ///< what the agent was taught by, flown in the same steps
+  PlannerFigures widest;   ///< the way whose narrowest place is the widest; only if asked for
   std::vector<std::string> failures;  ///< of the agent alone, by reason and how often
 };
 
@@ -61,6 +62,7 @@ struct EvaluationOptions {
   std::function<double()> clock_s;                                  ///< monotonic seconds; empty: no times
   std::function<void(std::size_t done, std::size_t all)> progress;  ///< may be empty
   std::function<bool()> interrupted;                                ///< may be empty
+  bool widest = false;                                              ///< measures WidestPlanner too
 };
 
 /// Optimum: exact A* without clearance cost, its string pulled. A task is one that it can solve.
