@@ -57,9 +57,7 @@ class ImitationRun final : public TrainingRun {
     report_.steps = state.steps;
   }
   double seconds_between_checkpoints() const override { return 20.0; }
-  nn::Model model(const std::string& command, const std::string& commit) const override {
-    return imitation_.model(command, commit);
-  }
+  nn::Model model() const override { return imitation_.model(); }
 
  private:
   train::ImitationConfig config_;

@@ -90,9 +90,7 @@ class ReinforcementRun final : public TrainingRun {
     learner_->training().set_state(nn::unseal(bytes, kKind, command));
   }
   double seconds_between_checkpoints() const override { return 300.0; }  // they hold the replay
-  nn::Model model(const std::string& command, const std::string& commit) const override {
-    return learner_->model(command, commit);
-  }
+  nn::Model model() const override { return learner_->model(); }
 
  private:
   std::unique_ptr<train::PathReinforcement> learner_;

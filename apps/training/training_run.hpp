@@ -26,7 +26,8 @@ class TrainingRun {
   /// @throws InputError when the bytes are not this training's
   virtual void resume(std::string_view bytes, const std::string& command) = 0;
   virtual double seconds_between_checkpoints() const = 0;
-  virtual nn::Model model(const std::string& command, const std::string& commit) const = 0;
+  /// Its header lacks the command and the commit.
+  virtual nn::Model model() const = 0;
 };
 
 /// bc, dagger
