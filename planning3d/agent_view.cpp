@@ -15,6 +15,7 @@ constexpr double kClearanceScale_m = 0.8;  // clearance beyond the robot's that 
 constexpr double kGoalScale_m = 3.0;
 constexpr double kWayScale_m = 5.0;
 constexpr double kLeastLevel = 0.25;  // a way ahead that is steeper gives no yaw
+constexpr std::array<std::string_view, 3> kAttractions{"cone", "geodesic", "portals"};
 constexpr std::array<std::string_view, 4> kChannels{"clearance", "attraction", "unknown", "visited"};
 
 std::uint8_t byte_of(double value) {
@@ -65,6 +66,7 @@ std::vector<std::string> AgentInput::problems() const {
   for (const double spacing : spacings_m) {
     if (!(spacing > 0.0 && spacing <= 100.0)) list.emplace_back("spacings must be above 0, at most 100 m");
   }
+  if (plane && attraction == Attraction::kPortals) list.emplace_back("attraction portals is for volumes");
   if (spacings_m.empty() || channels.empty()) list.emplace_back("there must be a window and a channel");
   return list;
 }
@@ -74,11 +76,17 @@ std::string AgentInput::text() const {
   out << (plane ? "plane" : "volume") << " samples " << samples[0] << 'x' << samples[1] << 'x' << samples[2]
       << " spacings_m ";
   for (std::size_t i = 0; i < spacings_m.size(); ++i) out << (i > 0 ? "," : "") << spacings_m[i];
-  out << " attraction " << (attraction == Attraction::kCone ? "cone" : "geodesic") << " channels ";
+  out << " attraction " << kAttractions[static_cast<std::size_t>(attraction)] << " channels ";
   for (std::size_t i = 0; i < channels.size(); ++i) {
     out << (i > 0 ? "," : "") << kChannels[static_cast<std::size_t>(channels[i])];
   }
   return out.str();
+}
+
+AgentInput::Attraction AgentInput::attraction_named(std::string_view name) {
+  const auto found = std::ranges::find(kAttractions, name);
+  if (found == kAttractions.end()) throw InputError("input: unknown attraction '" + std::string(name) + "'");
+  return static_cast<Attraction>(found - kAttractions.begin());
 }
 
 AgentInput AgentInput::parse(std::string_view text) {
@@ -98,8 +106,7 @@ AgentInput AgentInput::parse(std::string_view text) {
       input.spacings_m.clear();
       for (const std::string& part : split(value, ',')) input.spacings_m.push_back(number(part));
     } else if (key == "attraction") {
-      if (value != "cone" && value != "geodesic") throw InputError("input: unknown attraction '" + value + "'");
-      input.attraction = value == "cone" ? Attraction::kCone : Attraction::kGeodesic;
+      input.attraction = attraction_named(value);
     } else if (key == "channels") {
       input.channels.clear();
       for (const std::string& part : split(value, ',')) {
@@ -171,6 +178,7 @@ void AgentView::begin(const FreeSpace& space, const std::vector<KeepOut>& keep_o
   if (std::ranges::find(input_.channels, AgentInput::Channel::kVisited) != input_.channels.end()) {
     visited_.assign(field.cells().size(), 0);
   }
+  if (input_.attraction == AgentInput::Attraction::kPortals) portals_ = StoreyPortals(space);
   yaw_rad_ = 0.0;
   previews_.fill(Eigen::Vector3d::Zero());
 }
@@ -183,9 +191,14 @@ double AgentView::clearance_m(const Eigen::Vector3d& at_m) const {
   return clear_m;
 }
 
-/// Turns the frame down the way (geodesic) or towards the goal (cone); straight up or down it stays as it was.
+/// Turns the frame down the way (geodesic) or towards the goal or opening (cone); straight up or down it stays as it
+/// was.
 void AgentView::face(const Eigen::Vector3d& at_m, Observation& seen) {
-  const Eigen::Vector3d to_goal = field_->goal_m() - at_m;
+  StoreyPortals::Heading heading{field_->goal_m(), 0.0};
+  if (input_.attraction == AgentInput::Attraction::kPortals) heading = portals_.towards(at_m, heading.place_m);
+  apex_m_ = heading.place_m;
+  const Eigen::Vector3d to_goal = apex_m_ - at_m;
+  apex_far_m_ = to_goal.norm();
   previews_.fill(Eigen::Vector3d::Zero());
   Eigen::Vector3d ahead = to_goal;
   if (input_.attraction == AgentInput::Attraction::kGeodesic) {
@@ -201,7 +214,7 @@ void AgentView::face(const Eigen::Vector3d& at_m, Observation& seen) {
     while (next < previews_.size()) previews_[next++] = way_m_.empty() ? to_goal : way_m_.back() - at_m;
     ahead = previews_[1];
   } else {
-    way_left_m_ = to_goal.norm();
+    way_left_m_ = apex_far_m_ + heading.rest_m;
   }
   if (ahead.head<2>().norm() > std::max(1e-6, kLeastLevel * ahead.norm())) {
     yaw_rad_ = std::atan2(ahead.y(), ahead.x());
@@ -223,7 +236,7 @@ void AgentView::write_features(const Eigen::Vector3d& at_m, Observation& seen) c
     put(geodesic ? Eigen::Vector3d(previews_[i] / AgentInput::kPreviews_m[i])
                  : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   }
-  const Eigen::Vector3d to_goal = field_->goal_m() - at_m;
+  const Eigen::Vector3d to_goal = apex_m_ - at_m;
   put(to_goal / std::max(kGoalScale_m, to_goal.norm()));
   *out++ = static_cast<float>(std::clamp(clearance_m(at_m) / kClearanceScale_m, -1.0, 1.0));
   const double step_m = space_->grid().resolution_m();
@@ -299,7 +312,7 @@ void AgentView::sample(const Layer& layer, AgentInput::Channel channel, std::uin
               const Column& c) { return table[squared_cells[c.voxel]]; });
     case AgentInput::Channel::kAttraction: {
       const double span_m = 0.5 * layer.spacing_m * input_.samples[2];
-      if (input_.attraction == AgentInput::Attraction::kCone) return write_cone(layer, span_m, bytes);
+      if (input_.attraction != AgentInput::Attraction::kGeodesic) return write_cone(layer, span_m, bytes);
       return write(
           layer.in_field, &Column::in_field, 255,
           [arrival = field_->cells().data() + layer.cell, scale = static_cast<float>(127.0 * field_->cell_m() / span_m),
@@ -322,7 +335,7 @@ void AgentView::sample(const Layer& layer, AgentInput::Channel channel, std::uin
 void AgentView::write_cone(const Layer& layer, double span_m, std::uint8_t* bytes) const {
   for (const Column& c : columns_) {
     const Eigen::Vector3d p(c.at_m.x(), c.at_m.y(), layer.z_m);
-    *bytes++ = byte_of(((p - field_->goal_m()).norm() - way_left_m_) / span_m);
+    *bytes++ = byte_of(((p - apex_m_).norm() - apex_far_m_) / span_m);
   }
 }
 

@@ -145,6 +145,14 @@ void train_agent(const TrainingRequest& request, CommandContext& context) {
 
 }  // namespace
 
+planning3d::AgentInput input_of(const TrainingRequest& request) {
+  using planning3d::AgentInput;
+  AgentInput input = request.agent == "path2d" ? AgentInput::slice() : AgentInput::volume();
+  input.attraction = AgentInput::attraction_named(request.attraction);
+  if (request.scales == 1) input.spacings_m.resize(1);
+  return input;
+}
+
 std::string command_of(const TrainingRequest& request) {
   std::ostringstream text;
   text << "stairwell train " << request.agent << " --algo " << request.algorithm << " --steps " << request.steps

@@ -3,6 +3,7 @@
 
 #include "apps/training_request.hpp"
 #include "learning/nn/model_file.hpp"
+#include "planning3d/agent_view.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -29,6 +30,9 @@ class TrainingRun {
   /// Its header lacks the command and the commit.
   virtual nn::Model model() const = 0;
 };
+
+/// What a path agent is shown.
+planning3d::AgentInput input_of(const TrainingRequest& request);
 
 /// bc, dagger
 std::unique_ptr<TrainingRun> make_imitation_run(const TrainingRequest& request);
