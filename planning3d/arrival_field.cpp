@@ -259,17 +259,15 @@ float ArrivalField::value_m(const Eigen::Vector3d& at_m) const {
   return weights > 1e-3 ? static_cast<float>(sum / weights * cell_m_) : kFar;
 }
 
-/// -grad T by the sides that T came from.
+/// -grad T by the sides that T came from. @pre inside(c)
 Eigen::Vector3d ArrivalField::downhill(const Cell& c) const {
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
-  const float here = at(c);
+  const float* at = arrival_.data() + linear(c);
+  const std::array<std::ptrdiff_t, 3> strides{1, row_, slab_};
   for (std::size_t a = 0; a < (config_.plane ? 2U : 3U); ++a) {
-    Cell below = c, above = c;
-    --below[a];
-    ++above[a];
-    const float left = at(below), right = at(above), least = std::min(left, right);
-    if (least >= here) continue;
-    down[static_cast<Eigen::Index>(a)] = left < right ? -(here - left) : here - right;
+    const float left = at[-strides[a]], right = at[strides[a]], least = std::min(left, right);
+    if (least >= *at) continue;
+    down[static_cast<Eigen::Index>(a)] = left < right ? -(*at - left) : *at - right;
   }
   return down;
 }
