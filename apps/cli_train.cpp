@@ -61,8 +61,12 @@ void add_train_command(CLI::App& app, CommandContext& context) {
   command->add_option("--head", request->head, "What the network puts out: unit_vector or angles")
       ->check(CLI::IsMember({"unit_vector", "angles"}))
       ->capture_default_str();
-  command->add_option("--attraction", request->attraction, "What it is shown of the goal: geodesic or cone")
-      ->check(CLI::IsMember({"geodesic", "cone"}))
+  command
+      ->add_option(
+          "--attraction", request->attraction,
+          "What it is shown of the goal: geodesic, cone, or (path3d) portals: a cone around the next opening between "
+          "storeys")
+      ->check(CLI::IsMember({"geodesic", "cone", "portals"}))
       ->capture_default_str();
   command->add_option("--scales", request->scales, "Windows: 2 (fine and coarse) or 1 (fine)")
       ->check(CLI::Range(1, 2))

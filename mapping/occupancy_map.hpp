@@ -83,6 +83,8 @@ class OccupancyMap {
   Occupancy at(const VoxelIndex& v) const {
     return grid_.contains(v) ? static_cast<Occupancy>(seen_[grid_.linear(v)] & kClassBits) : Occupancy::kUnknown;
   }
+  /// @pre linear_index < grid().voxel_count()
+  Occupancy at(std::size_t linear_index) const { return static_cast<Occupancy>(seen_[linear_index] & kClassBits); }
   Occupancy at(const Eigen::Vector3d& point_m) const { return at(grid_.index_of(point_m)); }
   /// Log-odds of a known voxel; NaN when unknown or outside.
   float log_odds(const VoxelIndex& v) const;

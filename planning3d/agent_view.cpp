@@ -15,6 +15,7 @@ constexpr double kClearanceScale_m = 0.8;  // clearance beyond the robot's that 
 constexpr double kGoalScale_m = 3.0;
 constexpr double kWayScale_m = 5.0;
 constexpr double kLeastLevel = 0.25;  // a way ahead that is steeper gives no yaw
+constexpr std::array<std::string_view, 3> kAttractions{"cone", "geodesic", "portals"};
 constexpr std::array<std::string_view, 4> kChannels{"clearance", "attraction", "unknown", "visited"};
 
 std::uint8_t byte_of(double value) {
@@ -65,6 +66,7 @@ std::vector<std::string> AgentInput::problems() const {
   for (const double spacing : spacings_m) {
     if (!(spacing > 0.0 && spacing <= 100.0)) list.emplace_back("spacings must be above 0, at most 100 m");
   }
+  if (plane && attraction == Attraction::kPortals) list.emplace_back("attraction portals is for volumes");
   if (spacings_m.empty() || channels.empty()) list.emplace_back("there must be a window and a channel");
   return list;
 }
@@ -74,11 +76,17 @@ std::string AgentInput::text() const {
   out << (plane ? "plane" : "volume") << " samples " << samples[0] << 'x' << samples[1] << 'x' << samples[2]
       << " spacings_m ";
   for (std::size_t i = 0; i < spacings_m.size(); ++i) out << (i > 0 ? "," : "") << spacings_m[i];
-  out << " attraction " << (attraction == Attraction::kCone ? "cone" : "geodesic") << " channels ";
+  out << " attraction " << kAttractions[static_cast<std::size_t>(attraction)] << " channels ";
   for (std::size_t i = 0; i < channels.size(); ++i) {
     out << (i > 0 ? "," : "") << kChannels[static_cast<std::size_t>(channels[i])];
   }
   return out.str();
+}
+
+AgentInput::Attraction AgentInput::attraction_named(std::string_view name) {
+  const auto found = std::ranges::find(kAttractions, name);
+  if (found == kAttractions.end()) throw InputError("input: unknown attraction '" + std::string(name) + "'");
+  return static_cast<Attraction>(found - kAttractions.begin());
 }
 
 AgentInput AgentInput::parse(std::string_view text) {
@@ -98,8 +106,7 @@ AgentInput AgentInput::parse(std::string_view text) {
       input.spacings_m.clear();
       for (const std::string& part : split(value, ',')) input.spacings_m.push_back(number(part));
     } else if (key == "attraction") {
-      if (value != "cone" && value != "geodesic") throw InputError("input: unknown attraction '" + value + "'");
-      input.attraction = value == "cone" ? Attraction::kCone : Attraction::kGeodesic;
+      input.attraction = attraction_named(value);
     } else if (key == "channels") {
       input.channels.clear();
       for (const std::string& part : split(value, ',')) {
@@ -171,6 +178,7 @@ void AgentView::begin(const FreeSpace& space, const std::vector<KeepOut>& keep_o
   if (std::ranges::find(input_.channels, AgentInput::Channel::kVisited) != input_.channels.end()) {
     visited_.assign(field.cells().size(), 0);
   }
+  if (input_.attraction == AgentInput::Attraction::kPortals) portals_ = StoreyPortals(space);
   yaw_rad_ = 0.0;
   previews_.fill(Eigen::Vector3d::Zero());
 }
@@ -183,9 +191,14 @@ double AgentView::clearance_m(const Eigen::Vector3d& at_m) const {
   return clear_m;
 }
 
-/// Turns the frame down the way (geodesic) or towards the goal (cone); straight up or down it stays as it was.
+/// Turns the frame down the way (geodesic) or towards the goal or opening (cone); straight up or down it stays as it
+/// was.
 void AgentView::face(const Eigen::Vector3d& at_m, Observation& seen) {
-  const Eigen::Vector3d to_goal = field_->goal_m() - at_m;
+  StoreyPortals::Heading heading{field_->goal_m(), 0.0};
+  if (input_.attraction == AgentInput::Attraction::kPortals) heading = portals_.towards(at_m, heading.place_m);
+  apex_m_ = heading.place_m;
+  const Eigen::Vector3d to_goal = apex_m_ - at_m;
+  apex_far_m_ = to_goal.norm();
   previews_.fill(Eigen::Vector3d::Zero());
   Eigen::Vector3d ahead = to_goal;
   if (input_.attraction == AgentInput::Attraction::kGeodesic) {
@@ -201,7 +214,7 @@ void AgentView::face(const Eigen::Vector3d& at_m, Observation& seen) {
     while (next < previews_.size()) previews_[next++] = way_m_.empty() ? to_goal : way_m_.back() - at_m;
     ahead = previews_[1];
   } else {
-    way_left_m_ = to_goal.norm();
+    way_left_m_ = apex_far_m_ + heading.rest_m;
   }
   if (ahead.head<2>().norm() > std::max(1e-6, kLeastLevel * ahead.norm())) {
     yaw_rad_ = std::atan2(ahead.y(), ahead.x());
@@ -223,7 +236,7 @@ void AgentView::write_features(const Eigen::Vector3d& at_m, Observation& seen) c
     put(geodesic ? Eigen::Vector3d(previews_[i] / AgentInput::kPreviews_m[i])
                  : Eigen::Vector3d(Eigen::Vector3d::Zero()));
   }
-  const Eigen::Vector3d to_goal = field_->goal_m() - at_m;
+  const Eigen::Vector3d to_goal = apex_m_ - at_m;
   put(to_goal / std::max(kGoalScale_m, to_goal.norm()));
   *out++ = static_cast<float>(std::clamp(clearance_m(at_m) / kClearanceScale_m, -1.0, 1.0));
   const double step_m = space_->grid().resolution_m();
@@ -237,74 +250,92 @@ void AgentView::write_features(const Eigen::Vector3d& at_m, Observation& seen) c
   *out++ = static_cast<float>(std::min(1.0, way_left_m_ / kWayScale_m));
 }
 
-std::uint8_t AgentView::attraction_byte(const Eigen::Vector3d& at_m, double span_m) const {
-  if (input_.attraction == AgentInput::Attraction::kCone) {
-    return byte_of(((at_m - field_->goal_m()).norm() - way_left_m_) / span_m);
-  }
-  return 128;
-}
-
-/// Positions run through the lattices by additions: voxels for what the map knows, the field's cells for the way.
-void AgentView::sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes) const {
+/// The frame turns about z only: which voxels and cells a window's columns stand in is found out once for all layers.
+void AgentView::find_columns(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad) {
   const GridSpec& grid = space_->grid();
-  const auto [nz, ny, nx] = input_.samples;
-  const std::size_t plane = static_cast<std::size_t>(nz) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nx);
+  const int ny = input_.samples[1], nx = input_.samples[2];
   const Eigen::Vector3d along_x = spacing_m * turned(Eigen::Vector3d::UnitX(), yaw_rad);
   const Eigen::Vector3d along_y = spacing_m * turned(Eigen::Vector3d::UnitY(), yaw_rad);
-  const double span_m = 0.5 * spacing_m * nx;
-  const bool geodesic = input_.attraction == AgentInput::Attraction::kGeodesic;
-  const mapping::DistanceField& distances = space_->blocked_distance();
-  const std::array<int, 3>& cells = field_->size();
   const double per_cell = 1.0 / field_->cell_m();
-  const float scale = static_cast<float>(127.0 * field_->cell_m() / span_m);
-  const float here = static_cast<float>(way_left_m_ * per_cell);
   const Eigen::Vector3d to_cells = -field_->origin_m() * per_cell;
+  columns_.resize(static_cast<std::size_t>(ny) * static_cast<std::size_t>(nx));
   std::size_t i = 0;
-  for (int z = 0; z < nz; ++z) {
-    for (int y = 0; y < ny; ++y) {
-      Eigen::Vector3d p = at_m + (y - 0.5 * (ny - 1)) * along_y - 0.5 * (nx - 1) * along_x;
-      p.z() += (z - 0.5 * (nz - 1)) * spacing_m;
-      for (int x = 0; x < nx; ++x, ++i, p += along_x) {
-        const VoxelIndex v = grid.index_of(p);
-        const bool within = grid.contains(v);
-        const std::size_t voxel = within ? grid.linear(v) : 0;
-        std::size_t cell = 0;
-        bool in_field = within;
-        if (within && geodesic) {
-          const Eigen::Vector3d c = p * per_cell + to_cells;
-          const int cx = static_cast<int>(c.x()), cy = static_cast<int>(c.y()),
-                    cz = input_.plane ? 0 : static_cast<int>(c.z());
-          in_field = cx >= 0 && cy >= 0 && cz >= 0 && cx < cells[0] && cy < cells[1] && cz < cells[2];
-          cell = (static_cast<std::size_t>(cz) * static_cast<std::size_t>(cells[1]) + static_cast<std::size_t>(cy)) *
-                     static_cast<std::size_t>(cells[0]) +
-                 static_cast<std::size_t>(cx);
-        }
-        std::uint8_t* out = bytes + i;
-        for (const AgentInput::Channel channel : input_.channels) {
-          switch (channel) {
-            case AgentInput::Channel::kClearance:
-              *out = within ? clearance_bytes_[distances.data()[voxel]] : clearance_bytes_[0];
-              break;
-            case AgentInput::Channel::kAttraction: {
-              if (!geodesic) {
-                *out = attraction_byte(p, span_m);
-                break;
-              }
-              const float t = in_field ? (field_->cells()[cell] - here) * scale : 127.0F;
-              *out = static_cast<std::uint8_t>(128 + static_cast<int>(std::min(127.0F, std::max(-127.0F, t))));
-              break;
-            }
-            case AgentInput::Channel::kUnknown:
-              *out = within && space_->map().at(v) != Occupancy::kUnknown ? 128 : 255;
-              break;
-            case AgentInput::Channel::kVisited:
-              *out = in_field && visited_[cell] != 0 ? 255 : 128;
-              break;
-          }
-          out += plane;
-        }
-      }
+  for (int y = 0; y < ny; ++y) {
+    Eigen::Vector3d p = at_m + (y - 0.5 * (ny - 1)) * along_y - 0.5 * (nx - 1) * along_x;
+    for (int x = 0; x < nx; ++x, ++i, p += along_x) {
+      const VoxelIndex v = grid.index_of(p);
+      const Eigen::Vector3d c = p * per_cell + to_cells;
+      const int cx = static_cast<int>(c.x()), cy = static_cast<int>(c.y());
+      Column& column = columns_[i];
+      column.at_m = p.head<2>();
+      column.within = grid.contains(VoxelIndex{v.x, v.y, 0});
+      column.in_field = column.within && cx >= 0 && cy >= 0 && cx < field_->size()[0] && cy < field_->size()[1];
+      column.voxel = column.within ? grid.linear({v.x, v.y, 0}) : 0;
+      column.cell = column.in_field ? field_->linear(cx, cy, 0) : 0;
     }
+  }
+}
+
+void AgentView::sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes) {
+  find_columns(spacing_m, at_m, yaw_rad);
+  const GridSpec& grid = space_->grid();
+  const int nz = input_.samples[0];
+  const std::size_t plane = columns_.size() * static_cast<std::size_t>(nz);
+  const double per_cell = 1.0 / field_->cell_m();
+  for (int z = 0; z < nz; ++z, bytes += columns_.size()) {
+    Layer layer;
+    layer.spacing_m = spacing_m;
+    layer.z_m = at_m.z() + (z - 0.5 * (nz - 1)) * spacing_m;
+    const int voxel_z = grid.index_of({at_m.x(), at_m.y(), layer.z_m}).z;
+    layer.within = voxel_z >= 0 && voxel_z < grid.size()[2];
+    layer.voxel = layer.within ? grid.linear({0, 0, voxel_z}) : 0;
+    const int cell_z = input_.plane ? 0 : static_cast<int>(layer.z_m * per_cell - field_->origin_m().z() * per_cell);
+    layer.in_field = layer.within && cell_z >= 0 && cell_z < field_->size()[2];
+    layer.cell = layer.in_field ? field_->linear(0, 0, cell_z) - field_->linear(0, 0, 0) : 0;
+    for (std::size_t i = 0; i < input_.channels.size(); ++i) sample(layer, input_.channels[i], bytes + i * plane);
+  }
+}
+
+void AgentView::sample(const Layer& layer, AgentInput::Channel channel, std::uint8_t* bytes) const {
+  const std::size_t count = columns_.size();
+  const auto write = [&](bool is_inside, bool Column::*column_is_inside, std::uint8_t outside, auto byte) {
+    std::fill_n(bytes, count, outside);
+    for (const Column *c = columns_.data(), *end = c + count; is_inside && c != end; ++c, ++bytes) {
+      if (c->*column_is_inside) *bytes = static_cast<std::uint8_t>(byte(*c));
+    }
+  };
+  switch (channel) {
+    case AgentInput::Channel::kClearance:
+      return write(
+          layer.within, &Column::within, clearance_bytes_[0],
+          [table = clearance_bytes_.data(), squared_cells = space_->blocked_distance().data().data() + layer.voxel](
+              const Column& c) { return table[squared_cells[c.voxel]]; });
+    case AgentInput::Channel::kAttraction: {
+      const double span_m = 0.5 * layer.spacing_m * input_.samples[2];
+      if (input_.attraction != AgentInput::Attraction::kGeodesic) return write_cone(layer, span_m, bytes);
+      return write(
+          layer.in_field, &Column::in_field, 255,
+          [arrival = field_->cells().data() + layer.cell, scale = static_cast<float>(127.0 * field_->cell_m() / span_m),
+           here = static_cast<float>(way_left_m_ * (1.0 / field_->cell_m()))](const Column& c) {
+            const float t = (arrival[c.cell] - here) * scale;
+            return 128 + static_cast<int>(std::min(127.0F, std::max(-127.0F, t)));
+          });
+    }
+    case AgentInput::Channel::kUnknown:
+      return write(layer.within, &Column::within, 255, [&map = space_->map(), first = layer.voxel](const Column& c) {
+        return map.at(first + c.voxel) != Occupancy::kUnknown ? 128 : 255;
+      });
+    case AgentInput::Channel::kVisited:
+      return write(layer.in_field, &Column::in_field, 128, [visited = visited_.data() + layer.cell](const Column& c) {
+        return visited[c.cell] != 0 ? 255 : 128;
+      });
+  }
+}
+
+void AgentView::write_cone(const Layer& layer, double span_m, std::uint8_t* bytes) const {
+  for (const Column& c : columns_) {
+    const Eigen::Vector3d p(c.at_m.x(), c.at_m.y(), layer.z_m);
+    *bytes++ = byte_of(((p - apex_m_).norm() - apex_far_m_) / span_m);
   }
 }
 
@@ -317,7 +348,7 @@ void AgentView::look(const Eigen::Vector3d& at_m, Observation& seen) {
                                   input_.plane ? 0 : static_cast<int>(c.z())};
     const auto& size = field_->size();
     if (c.minCoeff() >= 0.0 && cell[0] < size[0] && cell[1] < size[1] && cell[2] < size[2]) {
-      visited_[static_cast<std::size_t>((cell[2] * size[1] + cell[1]) * size[0] + cell[0])] = 1;
+      visited_[field_->linear(cell[0], cell[1], cell[2])] = 1;
     }
   }
   const std::size_t one = static_cast<std::size_t>(input_.samples[0]) * static_cast<std::size_t>(input_.samples[1]) *

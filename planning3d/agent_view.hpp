@@ -3,6 +3,7 @@
 
 #include "learning/nn/network_spec.hpp"
 #include "planning3d/arrival_field.hpp"
+#include "planning3d/storey_portals.hpp"
 
 #include <Eigen/Core>
 
@@ -17,7 +18,8 @@ namespace stairwell::planning3d {
 
 /// The input of a path agent: windows around the UAV in several scales, turned about z so that x points down the way.
 struct AgentInput {
-  enum class Attraction { kCone, kGeodesic };
+  /// kPortals: a cone around the next opening on the way to another storey (StoreyPortals).
+  enum class Attraction : std::uint8_t { kCone, kGeodesic, kPortals };
   enum class Channel : std::uint8_t { kClearance, kAttraction, kUnknown, kVisited };
 
   bool plane = false;                          ///< moves in the layer of the start only
@@ -26,12 +28,14 @@ struct AgentInput {
   Attraction attraction = Attraction::kGeodesic;
   std::vector<Channel> channels{Channel::kClearance, Channel::kAttraction, Channel::kUnknown};
 
+  /// @throws InputError for another word than `cone`, `geodesic`, `portals`
+  static Attraction attraction_named(std::string_view name);
   static AgentInput slice();   ///< of `path2d`
   static AgentInput volume();  ///< of `path3d`
 
   /// Numbers beside the windows, all in the turned frame: the way ahead (kPreviews vectors over their arc length), the
-  /// goal (vector, 1 from 3 m on), the clearance and its gradient, the way left (1 from 5 m on). With kCone the way
-  /// ahead is 0.
+  /// goal (vector, 1 from 3 m on), the clearance and its gradient, the way left (1 from 5 m on). With a cone the way
+  /// ahead is 0, with kPortals the goal is the opening that comes next.
   static constexpr std::array<double, 4> kPreviews_m{0.3, 0.8, 1.6, 3.0};
   static constexpr int kFeatures = 3 * 4 + 3 + 1 + 3 + 1;
 
@@ -68,7 +72,7 @@ class AgentView {
 
   /// Before the first look of a flight. @param field  computed for the flight's goal, with weight 0
   void begin(const FreeSpace& space, const std::vector<KeepOut>& keep_out, const ArrivalField& field);
-  /// Allocates nothing after the first call.
+  /// Allocates nothing after the first call, except with kPortals.
   void look(const Eigen::Vector3d& at_m, Observation& seen);
   /// Towards where the way leads from the place last looked at, without a network: a unit vector in the world's frame.
   Eigen::Vector3d way_ahead() const;
@@ -78,8 +82,22 @@ class AgentView {
  private:
   void face(const Eigen::Vector3d& at_m, Observation& seen);
   void write_features(const Eigen::Vector3d& at_m, Observation& seen) const;
-  void sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes) const;
-  std::uint8_t attraction_byte(const Eigen::Vector3d& at_m, double span_m) const;
+  /// A vertical line of a window's samples, and the lowest voxel and field cell on it.
+  struct Column {
+    Eigen::Vector2d at_m;
+    std::size_t voxel = 0, cell = 0;
+    bool within = false, in_field = false;
+  };
+  /// A level of a window's samples: what is to be added to its columns' places.
+  struct Layer {
+    double spacing_m = 0.0, z_m = 0.0;
+    std::size_t voxel = 0, cell = 0;
+    bool within = false, in_field = false;
+  };
+  void sample(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad, std::uint8_t* bytes);
+  void find_columns(double spacing_m, const Eigen::Vector3d& at_m, double yaw_rad);
+  void sample(const Layer& layer, AgentInput::Channel channel, std::uint8_t* bytes) const;
+  void write_cone(const Layer& layer, double span_m, std::uint8_t* bytes) const;
   double clearance_m(const Eigen::Vector3d& at_m) const;
 
   AgentInput input_;
@@ -88,10 +106,14 @@ class AgentView {
   std::vector<KeepOut> keep_out_;
   std::vector<std::uint8_t> clearance_bytes_;  ///< by squared distance in voxels
   std::vector<std::uint8_t> visited_;          ///< by cell of the field
+  std::vector<Column> columns_;                ///< of the window in work
   std::vector<Eigen::Vector3d> way_m_;
   std::array<Eigen::Vector3d, AgentInput::kPreviews_m.size()> previews_;
   double yaw_rad_ = 0.0;
   double way_left_m_ = 0.0;
+  StoreyPortals portals_;
+  Eigen::Vector3d apex_m_ = Eigen::Vector3d::Zero();  ///< of the cone: the goal or an opening
+  double apex_far_m_ = 0.0;                           ///< from the place last looked at
 };
 
 }  // namespace stairwell::planning3d

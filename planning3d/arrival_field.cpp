@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace stairwell::planning3d {
 
@@ -21,10 +22,11 @@ bool ArrivalField::inside(const Cell& c) const {
   return c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < size_[0] && c[1] < size_[1] && c[2] < size_[2];
 }
 
-std::size_t ArrivalField::linear(const Cell& c) const {
-  return (static_cast<std::size_t>(c[2]) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(c[1])) *
-             static_cast<std::size_t>(size_[0]) +
-         static_cast<std::size_t>(c[0]);
+ArrivalField::Cell ArrivalField::cell_of(std::size_t linear) const {
+  const auto at = static_cast<std::uint32_t>(linear);
+  const auto row = static_cast<std::uint32_t>(row_), slab = static_cast<std::uint32_t>(slab_);
+  return {static_cast<int>(at % row) - 1, static_cast<int>(at % slab / row) - 1,
+          static_cast<int>(at / slab) - (config_.plane ? 0 : 1)};
 }
 
 ArrivalField::Cell ArrivalField::cell_at(const Eigen::Vector3d& at_m) const {
@@ -53,36 +55,54 @@ void ArrivalField::resize(const FreeSpace& space, const Eigen::Vector3d& goal_m)
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * voxel_m);
   origin_m_ = grid.center_of({0, 0, first_z_}) - half;
   goal_m_ = goal_m;
-  const std::size_t count =
-      static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
+  row_ = size_[0] + 2;
+  slab_ = row_ * (size_[1] + 2);
+  first_ = row_ + 1 + (config_.plane ? 0 : slab_);
+  const auto count = static_cast<std::size_t>(slab_ * (config_.plane ? 1 : size_[2] + 2));
   arrival_.assign(count, kFar);
   slowness_.assign(count, 0.0F);
+  close_border();
   for (auto& bucket : buckets_) bucket.clear();
   turn_ = 0;
 }
 
-float ArrivalField::slowness(const FreeSpace& space, const SegmentCheck& check, const Cell& c) {
-  float& known = slowness_[linear(c)];
-  if (known != 0.0F) return known;
+void ArrivalField::close_border() {
+  const auto slab = static_cast<std::size_t>(slab_), row = static_cast<std::size_t>(row_);
+  const std::size_t slabs = slowness_.size() / slab, rows = slab / row;
+  for (std::size_t z = 0; z < slabs; ++z) {
+    for (std::size_t y = 0; y < rows; ++y) {
+      float* begin = slowness_.data() + z * slab + y * row;
+      const bool outside = y == 0 || y + 1 == rows || (!config_.plane && (z == 0 || z + 1 == slabs));
+      if (outside) std::fill_n(begin, row, kImpassable);
+      begin[0] = begin[row - 1] = kImpassable;
+    }
+  }
+}
+
+float ArrivalField::slowness_of(const FreeSpace& space, const SegmentCheck& check, const Cell& c) const {
+  const int deep = config_.plane ? 1 : stride_;
+  const VoxelIndex first{c[0] * stride_, c[1] * stride_, c[2] * stride_ + first_z_};
+  const VoxelIndex &lo = space.lo(), &hi = space.hi();
+  const std::uint16_t* squared_cells = space.blocked_distance().data().data();
   int most = -1;  // squared cells to the nearest obstacle, at the best voxel
   int free = 0;
-  const int deep = config_.plane ? 1 : stride_;
-  for (int z = 0; z < deep; ++z) {
-    for (int y = 0; y < stride_; ++y) {
-      for (int x = 0; x < stride_; ++x) {
-        const VoxelIndex v{c[0] * stride_ + x, c[1] * stride_ + y, c[2] * stride_ + z + first_z_};
-        if (!check.voxel_free(v)) continue;
+  for (int z = std::max(first.z, lo.z); z < first.z + deep && z <= hi.z; ++z) {
+    for (int y = std::max(first.y, lo.y); y < first.y + stride_ && y <= hi.y; ++y) {
+      const std::uint16_t* row = squared_cells + space.grid().linear({0, y, z});
+      for (int x = std::max(first.x, lo.x); x < first.x + stride_ && x <= hi.x; ++x) {
+        const int squared = row[x];
+        if (squared < space.min_squared_cells() || !check.outside_keep_out(VoxelIndex{x, y, z})) continue;
         ++free;
-        most = std::max(most, static_cast<int>(space.blocked_distance().squared_cells(v)));
+        most = std::max(most, squared);
       }
     }
   }
-  if (narrow_ ? free == 0 : 2 * free < deep * stride_ * stride_) return known = kImpassable;
-  if (config_.clearance_weight <= 0.0) return known = 1.0F;
+  if (narrow_ ? free == 0 : 2 * free < deep * stride_ * stride_) return kImpassable;
+  if (config_.clearance_weight <= 0.0) return 1.0F;
   const double beyond_m =
       std::sqrt(static_cast<double>(most)) * space.grid().resolution_m() - space.robot().clearance_m();
   const double nearness = std::clamp(1.0 - beyond_m / config_.comfort_m, 0.0, 1.0);
-  return known = static_cast<float>(1.0 + config_.clearance_weight * nearness * nearness);
+  return static_cast<float>(1.0 + config_.clearance_weight * nearness * nearness);
 }
 
 void ArrivalField::push(std::size_t cell, float arrival) {
@@ -102,7 +122,7 @@ void ArrivalField::start_from(const FreeSpace& space, const SegmentCheck& check)
         if (!inside(c)) continue;
         const double cells = (center_m(c) - goal_m_).norm() / cell_m_;
         if (cells > kExactCells) continue;
-        const float slow = slowness(space, check, c);
+        const float slow = slowness(space, check, linear(c));
         if (slow > 0.0F) push(linear(c), static_cast<float>(cells) * slow);
       }
     }
@@ -110,16 +130,18 @@ void ArrivalField::start_from(const FreeSpace& space, const SegmentCheck& check)
 }
 
 /// Godunov's upwind scheme: the largest root that all the sides used lie below.
-float ArrivalField::solve(const Cell& c, float slowness) const {
-  std::array<float, 3> lower{kFar, kFar, kFar};
-  const std::size_t axes = config_.plane ? 2 : 3;
-  for (std::size_t a = 0; a < axes; ++a) {
-    Cell below = c, above = c;
-    --below[a];
-    ++above[a];
-    lower[a] = std::min(at(below), at(above));
-  }
-  std::sort(lower.begin(), lower.end());
+float ArrivalField::solve(std::size_t cell, float slowness) const {
+  const float* at = arrival_.data() + cell;
+  std::array<float, 3> lower{std::min(at[-1], at[1]), std::min(at[-row_], at[row_]), kFar};
+  if (!config_.plane) lower[2] = std::min(at[-slab_], at[slab_]);
+  const auto order = [&lower](std::size_t i, std::size_t j) {  // without branches, which nothing could foretell
+    const float least = std::min(lower[i], lower[j]);
+    lower[j] = std::max(lower[i], lower[j]);
+    lower[i] = least;
+  };
+  order(0, 1);
+  order(1, 2);
+  order(0, 1);
   float t = lower[0] + slowness;
   if (t > lower[1]) {
     const float d = lower[0] - lower[1];
@@ -136,9 +158,8 @@ float ArrivalField::solve(const Cell& c, float slowness) const {
 bool ArrivalField::spread(const FreeSpace& space, const SegmentCheck& check, const Cell& start,
                           const std::function<bool()>& stop) {
   const bool bounded = inside(start);
-  const auto row = static_cast<std::uint32_t>(size_[0]);
-  const auto slab = row * static_cast<std::uint32_t>(size_[1]);
-  const std::size_t faces = config_.plane ? 4 : 6;
+  const std::array<std::ptrdiff_t, 6> all_sides{-1, 1, -row_, row_, -slab_, slab_};
+  const auto sides = std::span(all_sides).first(config_.plane ? 4 : 6);
   for (std::size_t empty = 0; empty < kBuckets; ++turn_) {
     if (stop && turn_ % kStopEvery == 0 && stop()) return false;
     auto& bucket = buckets_[turn_ % kBuckets];
@@ -146,16 +167,15 @@ bool ArrivalField::spread(const FreeSpace& space, const SegmentCheck& check, con
     for (std::size_t i = 0; i < bucket.size(); ++i) {
       const auto [cell, waited] = bucket[i];
       if (arrival_[cell] != waited) continue;
-      const Cell c{static_cast<int>(cell % row), static_cast<int>(cell % slab / row), static_cast<int>(cell / slab)};
-      for (std::size_t f = 0; f < faces; ++f) {
-        const Cell n{c[0] + kFaces[f][0], c[1] + kFaces[f][1], c[2] + kFaces[f][2]};
-        if (!inside(n) || at(n) <= arrival_[cell]) continue;
+      for (const std::ptrdiff_t side : sides) {
+        const std::size_t n = cell + static_cast<std::size_t>(side);
+        if (arrival_[n] <= arrival_[cell]) continue;
         const float slow = slowness(space, check, n);
         if (slow < 0.0F) continue;
         const float arrival = solve(n, slow);
-        if (arrival < at(n) - kLeastGain) push(linear(n), arrival);
+        if (arrival < arrival_[n] - kLeastGain) push(n, arrival);
       }
-      if (config_.plane) spread_diagonally(space, check, c);
+      if (config_.plane) spread_diagonally(space, check, cell);
     }
     bucket.clear();
     const float spare = static_cast<float>(config_.spare_m / cell_m_);
@@ -165,13 +185,12 @@ bool ArrivalField::spread(const FreeSpace& space, const SegmentCheck& check, con
 }
 
 /// Planners may pass between two obstacles that touch in a corner, so the field must.
-void ArrivalField::spread_diagonally(const FreeSpace& space, const SegmentCheck& check, const Cell& c) {
-  for (int corner = 0; corner < 4; ++corner) {
-    const Cell n{c[0] + ((corner & 1) != 0 ? 1 : -1), c[1] + ((corner & 2) != 0 ? 1 : -1), c[2]};
-    if (!inside(n)) continue;
+void ArrivalField::spread_diagonally(const FreeSpace& space, const SegmentCheck& check, std::size_t cell) {
+  for (const std::ptrdiff_t side : {-row_ - 1, -row_ + 1, row_ - 1, row_ + 1}) {
+    const std::size_t n = cell + static_cast<std::size_t>(side);
     const float slow = slowness(space, check, n);
-    const float arrival = at(c) + std::numbers::sqrt2_v<float> * slow;
-    if (slow > 0.0F && arrival < at(n) - kLeastGain) push(linear(n), arrival);
+    const float arrival = arrival_[cell] + std::numbers::sqrt2_v<float> * slow;
+    if (slow > 0.0F && arrival < arrival_[n] - kLeastGain) push(n, arrival);
   }
 }
 
@@ -180,10 +199,10 @@ ArrivalField::Cell ArrivalField::cell_to_reach(const FreeSpace& space, const Seg
   const Cell none{-1, -1, -1};
   if (!start_m.allFinite()) return none;
   const Cell start = cell_at(start_m);
-  if (inside(start) && slowness(space, check, start) > 0.0F) return start;
+  if (inside(start) && slowness(space, check, linear(start)) > 0.0F) return start;
   for (const auto& face : kFaces) {
     const Cell n{start[0] + face[0], start[1] + face[1], start[2] + face[2]};
-    if (inside(n) && slowness(space, check, n) > 0.0F) return n;
+    if (inside(n) && slowness(space, check, linear(n)) > 0.0F) return n;
   }
   return none;
 }
@@ -240,17 +259,15 @@ float ArrivalField::value_m(const Eigen::Vector3d& at_m) const {
   return weights > 1e-3 ? static_cast<float>(sum / weights * cell_m_) : kFar;
 }
 
-/// -grad T by the sides that T came from.
+/// -grad T by the sides that T came from. @pre inside(c)
 Eigen::Vector3d ArrivalField::downhill(const Cell& c) const {
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
-  const float here = at(c);
+  const float* at = arrival_.data() + linear(c);
+  const std::array<std::ptrdiff_t, 3> strides{1, row_, slab_};
   for (std::size_t a = 0; a < (config_.plane ? 2U : 3U); ++a) {
-    Cell below = c, above = c;
-    --below[a];
-    ++above[a];
-    const float left = at(below), right = at(above), least = std::min(left, right);
-    if (least >= here) continue;
-    down[static_cast<Eigen::Index>(a)] = left < right ? -(here - left) : here - right;
+    const float left = at[-strides[a]], right = at[strides[a]], least = std::min(left, right);
+    if (least >= *at) continue;
+    down[static_cast<Eigen::Index>(a)] = left < right ? -(*at - left) : *at - right;
   }
   return down;
 }

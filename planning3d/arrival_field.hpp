@@ -50,23 +50,30 @@ class ArrivalField {
   /// For readers of many cells: cell coordinates are (position - origin_m()) / cell_m(), rounded down.
   const Eigen::Vector3d& origin_m() const { return origin_m_; }
   const std::array<int, 3>& size() const { return size_; }  ///< x, y, z
-  /// T in cell edges, x fastest; kFar where there is no way.
+  /// Where T of a cell inside size() stands among cells().
+  std::size_t linear(int x, int y, int z) const { return static_cast<std::size_t>(first_ + x + row_ * y + slab_ * z); }
+  /// T in cell edges, x fastest, with a border of kFar; kFar where there is no way.
   const std::vector<float>& cells() const { return arrival_; }
 
  private:
   using Cell = std::array<int, 3>;
   bool inside(const Cell& c) const;
-  std::size_t linear(const Cell& c) const;
+  std::size_t linear(const Cell& c) const { return linear(c[0], c[1], c[2]); }
+  Cell cell_of(std::size_t linear) const;
   Cell cell_at(const Eigen::Vector3d& at_m) const;
   Eigen::Vector3d center_m(const Cell& c) const;
   float at(const Cell& c) const { return inside(c) ? arrival_[linear(c)] : kFar; }
   Cell cell_to_reach(const FreeSpace& space, const SegmentCheck& check, const Eigen::Vector3d& start_m);
   void resize(const FreeSpace& space, const Eigen::Vector3d& goal_m);
-  float slowness(const FreeSpace& space, const SegmentCheck& check, const Cell& c);
-  float solve(const Cell& c, float slowness) const;
+  void close_border();
+  float slowness(const FreeSpace& space, const SegmentCheck& check, std::size_t cell) {
+    return slowness_[cell] != 0.0F ? slowness_[cell] : slowness_[cell] = slowness_of(space, check, cell_of(cell));
+  }
+  float slowness_of(const FreeSpace& space, const SegmentCheck& check, const Cell& c) const;
+  float solve(std::size_t cell, float slowness) const;
   void start_from(const FreeSpace& space, const SegmentCheck& check);
   bool spread(const FreeSpace& space, const SegmentCheck& check, const Cell& start, const std::function<bool()>& stop);
-  void spread_diagonally(const FreeSpace& space, const SegmentCheck& check, const Cell& c);
+  void spread_diagonally(const FreeSpace& space, const SegmentCheck& check, std::size_t cell);
   void push(std::size_t cell, float arrival);
   Eigen::Vector3d downhill(const Cell& c) const;
   bool lowest_around(const Eigen::Vector3d& at_m, Cell& found) const;
@@ -82,6 +89,9 @@ class ArrivalField {
   int stride_ = 1;   ///< voxels per cell along x and y, and z unless `plane`
   int first_z_ = 0;  ///< voxel layer of cells with z = 0
   std::array<int, 3> size_{0, 0, 0};
+  /// Strides of the two arrays below, which have a border of one cell (none along z in the plane) so that neighbours
+  /// need no bounds check, and the place of cell (0, 0, 0).
+  std::ptrdiff_t row_ = 0, slab_ = 0, first_ = 0;
   std::vector<float> arrival_;   ///< in cell edges
   std::vector<float> slowness_;  ///< 0: not asked yet; negative: impassable
   struct Waiting {

@@ -14,10 +14,11 @@ class SegmentCheck {
   SegmentCheck(const FreeSpace& space, const std::vector<KeepOut>& keep_out, const Eigen::Vector3d& start_m);
 
   const FreeSpace& space() const { return *space_; }
-  bool voxel_free(const VoxelIndex& v) const {
-    return space_->traversable(v) && (keep_out_.empty() || outside_keep_out(space_->grid().center_of(v)));
-  }
+  bool voxel_free(const VoxelIndex& v) const { return space_->traversable(v) && outside_keep_out(v); }
   bool outside_keep_out(const Eigen::Vector3d& point_m) const;
+  bool outside_keep_out(const VoxelIndex& v) const {  ///< its centre
+    return keep_out_.empty() || outside_keep_out(space_->grid().center_of(v));
+  }
   /// A robot anywhere inside this voxel touches nothing.
   bool roomy(const VoxelIndex& v) const { return space_->blocked_distance().squared_cells(v) >= roomy_squared_cells_; }
   /// The robot's sphere at an exact place.

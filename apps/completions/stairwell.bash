@@ -55,7 +55,7 @@ _stairwell() {
       options="--algo --steps --seed --reward --demonstrations --from --head --attraction --scales --device --out
         --resume --quiet --help" ;;
     evaluate)
-      options="--suite --worlds --json --quiet --help" ;;
+      options="--suite --worlds --widest --json --quiet --help" ;;
     world)
       if [[ $COMP_CWORD -eq 2 ]]; then
         COMPREPLY=($(compgen -W "info convert generate --help" -- "$current"))

@@ -74,9 +74,7 @@ class CoverageRun final : public TrainingRun {
     training_.set_state(nn::unseal(bytes, kKind, command));
   }
   double seconds_between_checkpoints() const override { return 120.0; }  // they hold the replay
-  nn::Model model(const std::string& command, const std::string& commit) const override {
-    return training_.model(command, commit);
-  }
+  nn::Model model() const override { return training_.model(); }
 
  private:
   train::CoverageTraining training_;

@@ -13,11 +13,10 @@ namespace {
 
 train::ImitationConfig config_of(const TrainingRequest& request) {
   using Config = train::ImitationConfig;
-  Config config = request.agent == "path2d" ? Config::slice() : Config::volume();
+  Config config;
   config.algorithm = request.algorithm == "bc" ? Config::Algorithm::kBc : Config::Algorithm::kDagger;
   config.head = request.head == "angles" ? nn::Head::kAngles : nn::Head::kUnitVector;
-  if (request.attraction == "cone") config.input.attraction = planning3d::AgentInput::Attraction::kCone;
-  if (request.scales == 1) config.input.spacings_m.resize(1);
+  config.input = input_of(request);
   config.steps = request.steps;
   config.seed = request.seed;
   config.device = request.device;
@@ -57,9 +56,7 @@ class ImitationRun final : public TrainingRun {
     report_.steps = state.steps;
   }
   double seconds_between_checkpoints() const override { return 20.0; }
-  nn::Model model(const std::string& command, const std::string& commit) const override {
-    return imitation_.model(command, commit);
-  }
+  nn::Model model() const override { return imitation_.model(); }
 
  private:
   train::ImitationConfig config_;

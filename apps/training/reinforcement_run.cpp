@@ -20,10 +20,7 @@ train::PathReinforcementConfig config_of(const TrainingRequest& request) {
   static const std::map<std::string, Algorithm> kAlgorithms{
       {"ddpg", Algorithm::kDdpg}, {"td3", Algorithm::kTd3}, {"sac", Algorithm::kSac}, {"td3bc", Algorithm::kTd3Bc}};
   train::PathReinforcementConfig config;
-  auto& input = config.environment.input;
-  input = request.agent == "path2d" ? planning3d::AgentInput::slice() : planning3d::AgentInput::volume();
-  if (request.attraction == "cone") input.attraction = planning3d::AgentInput::Attraction::kCone;
-  if (request.scales == 1) input.spacings_m.resize(1);
+  config.environment.input = input_of(request);
   config.environment.head = request.head == "angles" ? nn::Head::kAngles : nn::Head::kUnitVector;
   using Reward = train::PathEnvironmentConfig::Reward;
   config.environment.reward = request.reward == "thesis" ? Reward::kThesis : Reward::kProgress;
@@ -90,9 +87,7 @@ class ReinforcementRun final : public TrainingRun {
     learner_->training().set_state(nn::unseal(bytes, kKind, command));
   }
   double seconds_between_checkpoints() const override { return 300.0; }  // they hold the replay
-  nn::Model model(const std::string& command, const std::string& commit) const override {
-    return learner_->model(command, commit);
-  }
+  nn::Model model() const override { return learner_->model(); }
 
  private:
   std::unique_ptr<train::PathReinforcement> learner_;

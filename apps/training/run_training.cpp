@@ -1,4 +1,5 @@
 #include "apps/atomic_file.hpp"
+#include "apps/commit.hpp"
 #include "apps/curve_picture.hpp"
 #include "apps/training/training_run.hpp"
 #include "apps/training_module.hpp"
@@ -20,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kBuiltFrom = sizeof(STAIRWELL_COMMIT) > 1 ? STAIRWELL_COMMIT : "unknown";
 constexpr double kSecondsBetweenLines = 30.0;
 constexpr double kSecondsBetweenModels = 20.0;
 
@@ -104,7 +104,10 @@ class TrainingFolder {
   void save_model() {
     write_file_atomically(out_ / "curves.csv", curve_);
     write_curve_picture(CsvTable::read(out_ / "curves.csv"), command_, out_ / "curves.png");
-    write_file_atomically(model_, nn::model_bytes(run_->model(command_, kBuiltFrom)));
+    nn::Model model = run_->model();
+    model.command = command_;
+    model.commit = kBuiltFrom;
+    write_file_atomically(model_, nn::model_bytes(model));
     model_saved_s_ = wall_s();
   }
   void save_checkpoint() {
@@ -141,6 +144,14 @@ void train_agent(const TrainingRequest& request, CommandContext& context) {
 }
 
 }  // namespace
+
+planning3d::AgentInput input_of(const TrainingRequest& request) {
+  using planning3d::AgentInput;
+  AgentInput input = request.agent == "path2d" ? AgentInput::slice() : AgentInput::volume();
+  input.attraction = AgentInput::attraction_named(request.attraction);
+  if (request.scales == 1) input.spacings_m.resize(1);
+  return input;
+}
 
 std::string command_of(const TrainingRequest& request) {
   std::ostringstream text;

@@ -3,6 +3,7 @@
 
 #include "apps/training_request.hpp"
 #include "learning/nn/model_file.hpp"
+#include "planning3d/agent_view.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -26,8 +27,12 @@ class TrainingRun {
   /// @throws InputError when the bytes are not this training's
   virtual void resume(std::string_view bytes, const std::string& command) = 0;
   virtual double seconds_between_checkpoints() const = 0;
-  virtual nn::Model model(const std::string& command, const std::string& commit) const = 0;
+  /// Its header lacks the command and the commit.
+  virtual nn::Model model() const = 0;
 };
+
+/// What a path agent is shown.
+planning3d::AgentInput input_of(const TrainingRequest& request);
 
 /// bc, dagger
 std::unique_ptr<TrainingRun> make_imitation_run(const TrainingRequest& request);

@@ -33,6 +33,16 @@ std::vector<float> repack(const LayerShape& shape, const float* weights) {
   return packed;
 }
 
+/// What a byte of a window stands for.
+const std::array<float, 256>& byte_values() {
+  static const std::array<float, 256> values = [] {
+    std::array<float, 256> all{};
+    for (int byte = 0; byte < 256; ++byte) all[size_of(byte)] = static_cast<float>(byte - 128) / 127.0F;
+    return all;
+  }();
+  return values;
+}
+
 void normalise_layer(std::span<float> values, const std::vector<float>& norm) {
   float mean = 0.0F, square = 0.0F;
   for (const float v : values) mean += v;
@@ -94,13 +104,14 @@ void Network::load_window(const WindowInput& window, const std::uint8_t* bytes, 
                           const LayerShape& shape) const {
   const auto size = padded_size(shape);
   const std::size_t channels = size_of(window.channels);
+  const std::array<float, 256>& values = byte_values();
   for (std::size_t c = 0; c < channels; ++c) {
     for (int z = 0; z < window.size[0]; ++z) {
       for (int y = 0; y < window.size[1]; ++y) {
         const std::size_t row =
             (size_of(z + shape.kernel[0] / 2) * size[1] + size_of(y + shape.kernel[1] / 2)) * size[2];
         float* to = padded.data() + (row + size_of(shape.kernel[2] / 2)) * channels + c;
-        for (int x = 0; x < window.size[2]; ++x, to += channels) *to = static_cast<float>(*bytes++ - 128) / 127.0F;
+        for (int x = 0; x < window.size[2]; ++x, to += channels) *to = values[*bytes++];
       }
     }
   }
@@ -110,7 +121,7 @@ std::size_t Network::run_trunk(std::size_t window, const std::uint8_t* bytes, fl
   std::vector<Layer>& trunk = trunks_[window];
   if (trunk.empty()) {
     const std::size_t count = spec_.windows[window].values();
-    for (std::size_t i = 0; i < count; ++i) flat[i] = static_cast<float>(bytes[i] - 128) / 127.0F;
+    for (std::size_t i = 0; i < count; ++i) flat[i] = byte_values()[bytes[i]];
     return count;
   }
   load_window(spec_.windows[window], bytes, trunk.front().input, trunk.front().shape);

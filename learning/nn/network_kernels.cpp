@@ -80,6 +80,9 @@ STAIRWELL_CLONES void convolve_relu(const ConvPass& pass) {
       float* output = pass.output + z * pass.out_slab + y * pass.out_row;
       const std::size_t step = pass.stride[2] * pass.in;
       std::size_t x = 0;
+      for (; pass.out == kLanes && x + 8 <= pass.size[2]; x += 8) {
+        convolve_channels<8>(pass, input + x * step, output + x * pass.out);
+      }
       for (; x + 4 <= pass.size[2]; x += 4) convolve_channels<4>(pass, input + x * step, output + x * pass.out);
       for (; x < pass.size[2]; ++x) convolve_channels<1>(pass, input + x * step, output + x * pass.out);
     }
@@ -89,8 +92,8 @@ STAIRWELL_CLONES void convolve_relu(const ConvPass& pass) {
 STAIRWELL_CLONES void multiply(const float* inputs, std::size_t in, const float* weights, const float* biases,
                                std::size_t out, float* outputs) {
   std::size_t o = 0;
-  for (; o + 4 * kLanes <= out; o += 4 * kLanes) {
-    multiply_block<4>(inputs, in, weights + o, biases + o, out, outputs + o);
+  for (; o + 8 * kLanes <= out; o += 8 * kLanes) {
+    multiply_block<8>(inputs, in, weights + o, biases + o, out, outputs + o);
   }
   for (; o < out; o += kLanes) multiply_block<1>(inputs, in, weights + o, biases + o, out, outputs + o);
 }

@@ -124,13 +124,11 @@ void CoverageTraining::set_state(std::string_view state) {
   reader.finish();
 }
 
-nn::Model CoverageTraining::model(const std::string& command, const std::string& commit) const {
+nn::Model CoverageTraining::model() const {
   nn::Model model;
   model.agent = "coverage";
   model.input = std::string(coverage3d::kOptionInput);
   model.network = config_.network();
-  model.command = command;
-  model.commit = commit;
   model.seed = config_.seed;
   model.steps = steps_;
   model.parameters = agent_.parameters();

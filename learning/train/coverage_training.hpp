@@ -52,7 +52,8 @@ class CoverageTraining {
   std::string state() const;
   /// @throws InputError for another training's
   void set_state(std::string_view state);
-  nn::Model model(const std::string& command, const std::string& commit) const;
+  /// Its header lacks the command and the commit: those are the program's to tell.
+  nn::Model model() const;
 
  private:
   ExplorationReport fly(bool shown, Rng& rng) const;

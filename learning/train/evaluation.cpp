@@ -4,6 +4,7 @@
 #include "core/units.hpp"
 #include "learning/train/teacher.hpp"
 #include "learning/train/training_world.hpp"
+#include "learning/train/widest_planner.hpp"
 #include "planning3d/agent_planner.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/safety_check.hpp"
@@ -27,6 +28,7 @@ namespace {
 
 constexpr double kStep_m = 0.12;
 constexpr double kSolidReach_m = 2.0;
+constexpr double kLeastLong_m = 17.0, kMostLong_m = 23.0;  // a path of about 20 m
 
 /// Flies as the agents do, without a network: down the way that they are shown, or where the teacher points.
 class Follower final : public planning3d::Planner {
@@ -114,13 +116,14 @@ struct Tally {
   explicit Tally(std::string name) { figures.planner = std::move(name); }
   PlannerFigures figures;
   double length = 0.0, clearance = 0.0, turn = 0.0;
-  std::vector<double> ms;
+  std::vector<double> ms, long_ms;
 
   void add(const PlanResult& plan, double optimum_m, const mapping::DistanceField& solid, double took_s) {
     ++figures.episodes;
     ms.push_back(1e3 * took_s);
     if (plan.status != PlanStatus::kReached) return;
     ++figures.reached;
+    if (plan.length_m >= kLeastLong_m && plan.length_m <= kMostLong_m) long_ms.push_back(1e3 * took_s);
     const auto points = resampled(plan.path_m);
     double least = kSolidReach_m;
     for (const Eigen::Vector3d& p : points) least = std::min(least, clearance_m(solid, p));
@@ -130,6 +133,12 @@ struct Tally {
     figures.least_clearance_m =
         std::isnan(figures.least_clearance_m) ? least : std::min(figures.least_clearance_m, least);
   }
+  static void median_and_most(std::vector<double>& values, double& median, double& most) {
+    if (values.empty()) return;
+    std::ranges::sort(values);
+    median = values[values.size() / 2];
+    most = values.back();
+  }
   PlannerFigures finish() {
     const double n = static_cast<double>(figures.reached);
     if (figures.episodes > 0) figures.success = n / static_cast<double>(figures.episodes);
@@ -138,11 +147,9 @@ struct Tally {
       figures.min_clearance_m = clearance / n;
       figures.mean_turn_deg = turn / n;
     }
-    if (!ms.empty()) {
-      std::ranges::sort(ms);
-      figures.plan_ms = ms[ms.size() / 2];
-      figures.max_plan_ms = ms.back();
-    }
+    median_and_most(ms, figures.plan_ms, figures.max_plan_ms);
+    median_and_most(long_ms, figures.long_plan_ms, figures.max_long_plan_ms);
+    figures.long_paths = long_ms.size();
     return figures;
   }
 };
@@ -233,8 +240,10 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
   planning3d::AgentPlanner agent(model), exacting(model, unforgiving);
   const auto astar = planning3d::make_planner("astar");
   Follower way(suite.plane, false), teacher(suite.plane, true);
+  WidestPlanner roomiest(suite.plane);
   const planning3d::SafetyCheck check;
-  Tally raw("agent"), strict("strict"), net("agent+net"), search("astar"), follower("way"), taught("teacher");
+  Tally raw("agent"), strict("strict"), net("agent+net"), search("astar"), follower("way"), taught("teacher"),
+      widest("widest");
   std::map<std::string, int> failures;
   const auto now_s = [&] { return options.clock_s ? options.clock_s() : 0.0; };
   const auto all = static_cast<std::size_t>(suite.worlds) * static_cast<std::size_t>(suite.tasks_per_world);
@@ -265,12 +274,16 @@ EvaluationResult evaluate(const EvaluationSuite& suite, const nn::Model& model, 
               flown.second + (fell_back ? searched.second : 0.0));
       measure(way, follower);
       measure(teacher, taught);
+      if (options.widest) {
+        roomiest.set_solid(*solid);
+        measure(roomiest, widest);
+      }
       if (options.progress) options.progress(done, all);
     }
     if (options.interrupted && options.interrupted()) break;
   }
-  EvaluationResult result{
-      raw.finish(), strict.finish(), net.finish(), search.finish(), follower.finish(), taught.finish(), {}};
+  EvaluationResult result{raw.finish(),      strict.finish(), net.finish(),    search.finish(),
+                          follower.finish(), taught.finish(), widest.finish(), {}};
   for (const auto& [reason, count] : failures) result.failures.push_back(reason + ": " + std::to_string(count));
   return result;
 }

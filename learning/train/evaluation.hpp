@@ -42,6 +42,9 @@ struct PlannerFigures {
   double mean_turn_deg = std::numeric_limits<double>::quiet_NaN();      ///< between steps of 0.12 m (SPEC A14)
   double plan_ms = std::numeric_limits<double>::quiet_NaN();            ///< median
   double max_plan_ms = std::numeric_limits<double>::quiet_NaN();
+  std::size_t long_paths = 0;                                          ///< reached by a path of 17 to 23 m
+  double long_plan_ms = std::numeric_limits<double>::quiet_NaN();      ///< of these, median
+  double max_long_plan_ms = std::numeric_limits<double>::quiet_NaN();  ///< of these
 };
 
 struct EvaluationResult {
@@ -51,6 +54,7 @@ struct EvaluationResult {
   PlannerFigures astar;    ///< on the same tasks
   PlannerFigures way;      ///< the field that the agent is shown, followed without a network
   PlannerFigures teacher;  ///< what the agent was taught by, flown in the same steps
+  PlannerFigures widest;   ///< the way whose narrowest place is the widest; only if asked for
   std::vector<std::string> failures;  ///< of the agent alone, by reason and how often
 };
 
@@ -58,6 +62,7 @@ struct EvaluationOptions {
   std::function<double()> clock_s;                                  ///< monotonic seconds; empty: no times
   std::function<void(std::size_t done, std::size_t all)> progress;  ///< may be empty
   std::function<bool()> interrupted;                                ///< may be empty
+  bool widest = false;                                              ///< measures WidestPlanner too
 };
 
 /// Optimum: exact A* without clearance cost, its string pulled. A task is one that it can solve.

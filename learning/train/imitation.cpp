@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace stairwell::train {
 
@@ -116,16 +117,19 @@ Imitation::Imitation(const ImitationConfig& config, const ImitationState* resume
 
 ImitationState Imitation::state() const { return {round_, steps_, trainer_.parameters(), trainer_.optimiser_state()}; }
 
-nn::Model Imitation::model(const std::string& command, const std::string& commit) const {
+nn::Model Imitation::model() const {
+  return path_model(config_.input, config_.network(), config_.seed, steps_, trainer_.parameters());
+}
+
+nn::Model path_model(const AgentInput& input, const nn::NetworkSpec& network, std::uint64_t seed, std::uint64_t steps,
+                     std::vector<float> parameters) {
   nn::Model model;
-  model.agent = config_.input.plane ? "path2d" : "path3d";
-  model.input = config_.input.text();
-  model.network = config_.network();
-  model.command = command;
-  model.commit = commit;
-  model.seed = config_.seed;
-  model.steps = steps_;
-  model.parameters = trainer_.parameters();
+  model.agent = input.plane ? "path2d" : "path3d";
+  model.input = input.text();
+  model.network = network;
+  model.seed = seed;
+  model.steps = steps;
+  model.parameters = std::move(parameters);
   return model;
 }
 

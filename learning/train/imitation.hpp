@@ -63,8 +63,8 @@ class Imitation {
   bool finished() const { return steps_ >= config_.steps; }
   RoundReport round();
   ImitationState state() const;
-  /// @param command, commit  for the model's header
-  nn::Model model(const std::string& command, const std::string& commit) const;
+  /// Its header lacks the command and the commit: those are the program's to tell.
+  nn::Model model() const;
 
  private:
   struct Flight;
@@ -85,6 +85,10 @@ class Imitation {
   std::uint64_t round_ = 0, steps_ = 0;
   std::uint64_t student_flights_ = 0, student_reached_ = 0;  ///< of this round
 };
+
+/// A path agent of these parameters; its header lacks the command and the commit.
+nn::Model path_model(const planning3d::AgentInput& input, const nn::NetworkSpec& network, std::uint64_t seed,
+                     std::uint64_t steps, std::vector<float> parameters);
 
 /// One of the worlds that agents are trained in, by the kind of agent: slices of all densities, or storeys; half
 /// of the latter only partly known.

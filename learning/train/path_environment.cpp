@@ -117,8 +117,8 @@ double PathEnvironment::way_left_m(const Eigen::Vector3d& at_m) {
 /// Of the thesis, in metres of way: attraction and a Gaussian of the clearance.
 double PathEnvironment::potential(const Eigen::Vector3d& at_m, double clearance) {
   constexpr double kSigma = 0.3, kRepulsion = 0.5;
-  const bool cone = config_.input.attraction == planning3d::AgentInput::Attraction::kCone;
-  const double attraction = cone ? (at_m - field_.goal_m()).norm() : way_left_m(at_m);
+  const bool geodesic = config_.input.attraction == planning3d::AgentInput::Attraction::kGeodesic;
+  const double attraction = geodesic ? way_left_m(at_m) : (at_m - field_.goal_m()).norm();
   const double off = std::max(0.0, clearance) / kSigma;
   return attraction + (clearance < 1.0 ? kRepulsion * std::exp(-0.5 * off * off) : 0.0);
 }

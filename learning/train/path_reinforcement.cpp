@@ -63,17 +63,9 @@ PathReinforcement::PathReinforcement(const PathReinforcementConfig& config, cons
   training_.agent().set_policy_parameters(from->parameters);
 }
 
-nn::Model PathReinforcement::model(const std::string& command, const std::string& commit) const {
-  nn::Model model;
-  model.agent = config_.environment.input.plane ? "path2d" : "path3d";
-  model.input = config_.environment.input.text();
-  model.network = config_.network();
-  model.command = command;
-  model.commit = commit;
-  model.seed = config_.seed;
-  model.steps = training_.updates();
-  model.parameters = training_.agent().policy_parameters();
-  return model;
+nn::Model PathReinforcement::model() const {
+  return path_model(config_.environment.input, config_.network(), config_.seed, training_.updates(),
+                    training_.agent().policy_parameters());
 }
 
 }  // namespace stairwell::train

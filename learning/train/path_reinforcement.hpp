@@ -36,7 +36,8 @@ class PathReinforcement {
 
   rl::Training& training() { return training_; }
   const rl::Training& training() const { return training_; }
-  nn::Model model(const std::string& command, const std::string& commit) const;
+  /// Its header lacks the command and the commit: those are the program's to tell.
+  nn::Model model() const;
 
  private:
   PathReinforcementConfig config_;

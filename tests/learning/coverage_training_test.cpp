@@ -111,9 +111,9 @@ TEST_CASE("a coverage training goes on from its bytes as if there had been no br
     CHECK((one.loss == two.loss || std::isnan(one.loss)));
   }
   CHECK(resumed.finished());
-  const nn::Model model = whole.model("command", "commit");
+  const nn::Model model = whole.model();
   CHECK(model.steps == 60);
-  CHECK(model.parameters == resumed.model("command", "commit").parameters);
+  CHECK(model.parameters == resumed.model().parameters);
   CHECK_THROWS_AS(resumed.set_state(whole.state().substr(0, 100)), InputError);
 }
 

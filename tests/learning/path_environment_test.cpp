@@ -124,8 +124,8 @@ TEST_CASE("a path agent is trained from a model, and only from one that fits", "
   from.network = config.network();
   from.parameters = testing::random_parameters(from.network, 3);
   PathReinforcement learner(config, &from);
-  CHECK((learner.model("", "").parameters == from.parameters));
-  CHECK(learner.model("", "").network == from.network);
+  CHECK((learner.model().parameters == from.parameters));
+  CHECK(learner.model().network == from.network);
   from.network.hidden = {8};
   CHECK_THROWS_AS(PathReinforcement(config, &from), InputError);
 }

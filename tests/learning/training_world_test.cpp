@@ -4,6 +4,7 @@
 #include "learning/random_network.hpp"
 #include "learning/train/evaluation.hpp"
 #include "learning/train/teacher.hpp"
+#include "learning/train/widest_planner.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -90,6 +91,41 @@ TEST_CASE("the teacher keeps its distance and goes round", "[teacher]") {
   }
 }
 
+TEST_CASE("the widest way takes the wider gap, and the shortest way through it", "[evaluation]") {
+  VoxelScene scene(Aabb{{0, 0, 0}, {8, 8, 2}}, 0.1);
+  scene.fill(Aabb{{3.9, 0, 0}, {4.1, 8, 2}}, true);
+  scene.fill(Aabb{{3.9, 2.0, 0}, {4.1, 2.8, 2}}, false);  // 0.8 m wide, straight ahead
+  scene.fill(Aabb{{3.9, 6.0, 0}, {4.1, 7.1, 2}}, false);  // 1.1 m
+  const TrainingWorld world(scene, Robot{0.25, 0.0});
+  mapping::DistanceField solid(scene.grid, 2.0, mapping::Obstacles::kOccupied);
+  solid.update(world.map());
+  planning3d::PlanRequest request;
+  request.start_m = {2.05, 2.45, 1.05};
+  request.goal_m = {6.05, 2.45, 1.05};
+  for (const bool plane : {true, false}) {
+    WidestPlanner widest(plane);
+    widest.set_solid(solid);
+    const planning3d::PlanResult plan = widest.plan(world.space(), request);
+    REQUIRE(plan.status == planning3d::PlanStatus::kReached);
+    CHECK(plan.path_m.front() == request.start_m);
+    CHECK(plan.path_m.back() == request.goal_m);
+    int narrowest = 1'000'000;
+    double farthest_y = 0.0;
+    for (const Eigen::Vector3d& p : plan.path_m) {
+      narrowest = std::min<int>(narrowest, solid.squared_cells(scene.grid.index_of(p)));
+      farthest_y = std::max(farthest_y, p.y());
+    }
+    CHECK(narrowest == 36);                           // half of 11 voxels, and the voxel in the middle
+    CHECK(farthest_y == Approx(6.55));                // no farther than the gap's middle
+    CHECK(plan.length_m < 2.0 * (2.0 + 4.1) + 0.01);  // single moves along two diagonals at the most
+  }
+  scene.fill(Aabb{{3.9, 0, 0}, {4.1, 8, 2}}, true);
+  const TrainingWorld closed(scene, Robot{0.25, 0.0});
+  WidestPlanner widest(true);
+  widest.set_solid(solid);
+  CHECK(widest.plan(closed.space(), request).status == planning3d::PlanStatus::kNoPath);
+}
+
 TEST_CASE("an evaluation counts, and is repeated by its seed", "[evaluation]") {
   EvaluationSuite suite;
   suite.name = "test";
@@ -110,6 +146,12 @@ TEST_CASE("an evaluation counts, and is repeated by its seed", "[evaluation]") {
   CHECK(one.astar.length_over_optimum < 1.2);
   CHECK(one.astar.length_over_optimum == two.astar.length_over_optimum);
   CHECK(one.astar.min_clearance_m > 0.2);
+  CHECK(one.widest.episodes == 0);
+  EvaluationOptions options;
+  options.widest = true;
+  const EvaluationResult measured = evaluate(suite, model, options);
+  CHECK(measured.widest.success == 1.0);
+  CHECK(measured.widest.min_clearance_m > one.teacher.min_clearance_m - 0.02);
   suite.plane = false;
   CHECK_THROWS_WITH(evaluate(suite, model), Catch::Contains("another agent"));
   suite.worlds = 0;
