@@ -35,15 +35,14 @@ std::uint64_t touched(std::uint64_t cells, const std::array<int, 3>& direction) 
 }
 
 /// Of up to four cells in a row: a bit for each.
-std::uint32_t passable(const std::uint8_t* flags, int count) {
-  static_assert(PassableLattice::kPassable == 1 && RegionGraph::kEdge == 4);
-  std::array<std::uint8_t, RegionGraph::kEdge> four{};
-  if (count == RegionGraph::kEdge) {
-    std::memcpy(four.data(), flags, four.size());
-  } else {
-    std::copy(flags, flags + count, four.begin());
-  }
-  return (four[0] & 1U) | (four[1] & 1U) << 1U | (four[2] & 1U) << 2U | (four[3] & 1U) << 3U;
+std::uint64_t passable(const std::uint8_t* flags, int count) {
+  std::uint32_t four = 0;
+  std::memcpy(&four, flags, static_cast<std::size_t>(count));
+  if (four == 0) return 0;
+  std::uint64_t bits = 0;
+  for (int i = 0; i < count; ++i) bits |= std::uint64_t{flags[i] & 1U} << i;
+  static_assert(PassableLattice::kPassable == 1 && sizeof(four) == RegionGraph::kEdge);
+  return bits;
 }
 
 }  // namespace
@@ -82,8 +81,12 @@ void RegionGraph::update(const PassableLattice& lattice) {
     for (int y = 0; y < frame_.size[1]; ++y, row += frame_.size[0]) {
       std::uint64_t* const blocks = cells.data() + block_of(0, y / kEdge, z / kEdge);
       const int in_block = y % kEdge * kShift[1] + z % kEdge * kShift[2];
-      for (int x = 0; x < frame_.size[0]; x += kEdge)
-        blocks[x / kEdge] |= std::uint64_t{passable(row + x, std::min(kEdge, frame_.size[0] - x))} << in_block;
+      const int whole = frame_.size[0] / kEdge * kEdge;
+      for (int x = 0; x < whole; x += kEdge) {
+        const std::uint64_t bits = passable(row + x, kEdge);
+        if (bits != 0) blocks[x / kEdge] |= bits << in_block;
+      }
+      if (whole < frame_.size[0]) blocks[whole / kEdge] |= passable(row + whole, frame_.size[0] - whole) << in_block;
     }
   }
   for (std::size_t block = 0; block < cells.size(); ++block) {
