@@ -16,6 +16,10 @@ constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
 constexpr double kCostsKept_s = 2.0;    // ways of a UAV that flies to its goal are measured again after this
+constexpr double kLarge_m3 = 5e4;       // in larger boxes long ways are ...
+constexpr double kExactWay_m = 40.0;    // ... exact up to this, and beyond estimated ...
+constexpr double kFarKept_s = 10.0;     // ... again after this ...
+constexpr double kFarMoved_m = 5.0;     // ... or after so much
 constexpr double kUseful = 0.25;        // a goal is dropped when less of its cells is left
 constexpr double kPartialView_s = 4.0;  // price of a view that gains nothing of what the best one gains
 constexpr double kBelievedDepth_m = 1.0;
@@ -137,14 +141,24 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
 void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const AssignmentRequest& request,
                                      const Crew& crew) {
   costs_.resize(crew.uavs.size());
-  cost_sources_.resize(crew.uavs.size(), {Eigen::Vector3d::Zero(), -kCostsKept_s});
+  const Eigen::Vector3d nowhere_m = Eigen::Vector3d::Zero();
+  cost_sources_.resize(crew.uavs.size(), {nowhere_m, -kCostsKept_s, nowhere_m, -kFarKept_s});
   const planning3d::MotionRule rule = motion_rule();
+  const bool limited = !config_.slice && space.grid().box().volume_m3() > kLarge_m3;
+  const double limit_m = limited ? kExactWay_m : std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     CostSource& source = cost_sources_[k];
     const bool settled = !request.uavs[crew.uavs[k]].wants_goal && (source.start_m - crew.start_m[k]).norm() < 1e-6;
     if (settled && request.time_s - source.time_s < kCostsKept_s) continue;
-    source = {crew.start_m[k], request.time_s};
-    costs_[k].compute(space, crew.start_m[k], rule, std::numeric_limits<double>::infinity(), &lattice_);
+    source.start_m = crew.start_m[k];
+    source.time_s = request.time_s;
+    costs_[k].compute(space, crew.start_m[k], rule, limit_m, &lattice_);
+    const bool near = (source.far_start_m - crew.start_m[k]).norm() < kFarMoved_m;
+    if (!limited || (near && request.time_s - source.far_time_s < kFarKept_s)) continue;
+    source.far_start_m = crew.start_m[k];
+    source.far_time_s = request.time_s;
+    regions_->update(lattice_);
+    costs_[k].estimate_beyond(*regions_);
   }
 }
 

@@ -144,11 +144,14 @@ class FrontierStrategy : public CoverageStrategy {
   TravelBook travel_;
   Blacklist blacklist_;
   planning3d::PassableLattice lattice_;
+  std::unique_ptr<planning3d::RegionGraph> regions_ = std::make_unique<planning3d::RegionGraph>();
   std::vector<planning3d::TravelCosts> costs_;
   /// What each of them was computed for.
   struct CostSource {
     Eigen::Vector3d start_m;
     double time_s;
+    Eigen::Vector3d far_start_m;  ///< of the lengths beyond the limit
+    double far_time_s;
   };
   std::vector<CostSource> cost_sources_;
   std::deque<GivenGoal> given_;

@@ -41,7 +41,8 @@ void TravelBook::begin(const planning3d::FreeSpace& space, const planning3d::Mot
   const int stride = std::max(1, static_cast<int>(std::lround(kFieldCell_m / space.grid().resolution_m())));
   if (stride != stride_) lattice_ = planning3d::PassableLattice(stride);
   stride_ = stride;
-  const double cells = static_cast<double>(space.grid().voxel_count()) / std::pow(stride_, 3);
+  const double cells = std::min(static_cast<double>(space.grid().voxel_count()) / std::pow(stride_, 3),
+                                std::pow(2.0 * kFieldReach_m / kFieldCell_m, 3));
   most_fields_ = static_cast<std::size_t>(std::clamp(kFieldBytes / (cells * kBytesPerCell), 4.0, 48.0));
   std::erase_if(fields_, [&](const auto& entry) { return round_ - entry.second.made > kRounds; });
 }

@@ -123,9 +123,14 @@ void restore(Uav& uav, const json& j) {
 /// Free voxels in which a return once fell, by linear index: a map file does not tell them from others.
 std::vector<std::size_t> hit_but_free(const mapping::OccupancyMap& map) {
   std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
-    const VoxelIndex v = map.grid().voxel(i);
-    if (map.ever_hit(v) && map.at(v) == Occupancy::kFree) found.push_back(i);
+  const auto [nx, ny, nz] = map.grid().size();
+  std::size_t i = 0;
+  for (int z = 0; z < nz; ++z) {
+    for (int y = 0; y < ny; ++y) {
+      for (int x = 0; x < nx; ++x, ++i) {
+        if (map.ever_hit({x, y, z}) && map.at(VoxelIndex{x, y, z}) == Occupancy::kFree) found.push_back(i);
+      }
+    }
   }
   return found;
 }

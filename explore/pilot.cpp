@@ -20,6 +20,9 @@ constexpr double kKeepOutMargin_m = 0.1;
 // Fellows this far along their motion are met where they will be, later ones where they will end.
 constexpr double kTubeHorizon_s = 4.0;
 constexpr double kTubeStep_s = 0.25;
+// Where a goal is closed off, a search would look at all that is known: in large maps it gives up before that.
+constexpr std::size_t kLargeMap = 20'000'000;  // voxels
+constexpr std::size_t kMostExpansions = 150'000;
 
 planning3d::SafetyCheck make_check(const FleetConfig& config) {
   planning3d::SafetyCheck::Config check;
@@ -142,6 +145,7 @@ FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::
   request.goal_m = position_m;
   request.rule = rule;
   request.seed = plan_seed(config_, depart_s);
+  if (space.grid().voxel_count() >= kLargeMap) request.max_expansions = kMostExpansions;
   // Reciprocal avoidance meets fellows when they are near, not in plans.
   const bool plans_meet = config_.avoidance == Avoidance::kPriority;
   const auto motions = plans_meet ? motions_of(fellows) : std::vector<const Trajectory*>{};

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kClockEvery = 1024;  // expansions between two looks at the clock
 constexpr std::uint8_t kNoMove = kGridMoves.size();
+constexpr float kLedWeight = 1.3F;  // nearness makes ways cost more than their length
 
 }  // namespace
 
@@ -25,7 +26,18 @@ struct AstarPlanner::Search {
   const SegmentCheck& check;
   const PlanEnds& ends;
   bool slice;
+  std::size_t most_expansions;
   std::size_t expansions = 0;
+  const RegionGraph* regions = nullptr;  ///< null: not led
+  std::vector<float> lengths{};          ///< from the goal, by part of `regions`, in voxels
+
+  float estimate(const VoxelIndex& v) const {
+    const float open = heuristic(v);
+    if (regions == nullptr) return open;
+    const std::uint32_t part = regions->part_of(v);
+    const float length = part == RegionGraph::kNone ? RegionGraph::kUnreachable : lengths[part];
+    return length == RegionGraph::kUnreachable ? open : std::max(open, length);
+  }
 
   /// Least number of voxel lengths to the goal by the allowed moves (consistent).
   float heuristic(const VoxelIndex& v) const {
@@ -61,7 +73,7 @@ PlanStatus AstarPlanner::search(Search& search) {
   }
   const HeightRange heights = useful_heights(level_, search.ends.start.z, search.ends.goal.z);
   nodes_[first] = {0.0F, stamp, kNoMove, false};
-  nodes_.push({weight * search.heuristic(search.ends.start), 0.0F, first});
+  nodes_.push({weight * search.estimate(search.ends.start), 0.0F, first});
   while (!nodes_.nothing_open()) {
     const OpenVoxel best = nodes_.pop_best();
     Node& node = nodes_[best.cell];
@@ -69,7 +81,7 @@ PlanStatus AstarPlanner::search(Search& search) {
     node.closed = true;
     if (best.cell == last) return PlanStatus::kReached;
     const bool late = search.expansions % kClockEvery == 0 && search.request.late();
-    if (late || search.expansions++ >= search.request.max_expansions) return PlanStatus::kTimedOut;
+    if (late || search.expansions++ >= search.most_expansions) return PlanStatus::kTimedOut;
     const VoxelIndex v = grid.voxel(best.cell);
     const bool level = level_[static_cast<std::size_t>(v.z)] != 0;
     const float near = nearness_[squared[best.cell]];
@@ -90,10 +102,25 @@ PlanStatus AstarPlanner::search(Search& search) {
         continue;
       }
       there = {g, stamp, static_cast<std::uint8_t>(m), false};
-      nodes_.push({g + weight * search.heuristic(to), g, next});
+      nodes_.push({g + weight * search.estimate(to), g, next});
     }
   }
   return PlanStatus::kNoPath;
+}
+
+/// Once more, from the beginning and by what is left of the request's expansions.
+PlanStatus AstarPlanner::search_led(Search& search) {
+  lattice_.update(search.space, search.request.rule);
+  regions_.update(lattice_);
+  const std::uint32_t goal = regions_.part_of(search.ends.goal);
+  if (goal == RegionGraph::kNone) return PlanStatus::kTimedOut;
+  regions_.lengths_from(goal, search.lengths);
+  const float voxels = kLedWeight * static_cast<float>(lattice_.frame().cell_voxels);
+  for (float& length : search.lengths) length *= voxels;
+  search.regions = &regions_;
+  search.most_expansions = search.request.max_expansions;
+  nodes_.renew(search.space.grid());
+  return this->search(search);
 }
 
 std::vector<VoxelIndex> AstarPlanner::trace(const Search& search) const {
@@ -174,8 +201,15 @@ PlanResult AstarPlanner::plan(const FreeSpace& space, const PlanRequest& request
   result.status = find_ends(space, request, check, ends);
   if (result.status != PlanStatus::kReached) return result;
   prepare(space, request);
-  Search search{space, request, check, ends, request.rule.kind == MotionRule::Kind::kSlice};
-  result.status = giving_up.status(this->search(search), ends.start, ends.goal);
+  const bool slice = request.rule.kind == MotionRule::Kind::kSlice;
+  const bool may_be_led = !slice && space.grid().voxel_count() >= config_.led_from;
+  const std::size_t first = may_be_led ? config_.led_after : request.max_expansions;
+  Search search{space, request, check, ends, slice, std::min(first, request.max_expansions)};
+  result.status = this->search(search);
+  if (result.status == PlanStatus::kTimedOut && first < request.max_expansions && !request.late())
+    result.status = search_led(search);
+  // A look at all of a large grid would take longer than the search.
+  if (!may_be_led) result.status = giving_up.status(result.status, ends.start, ends.goal);
   result.expansions = search.expansions;
   nodes_.count(search.expansions);
   if (result.status != PlanStatus::kReached) return result;

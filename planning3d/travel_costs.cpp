@@ -49,12 +49,59 @@ TravelCosts::~TravelCosts() = default;
 TravelCosts::TravelCosts(TravelCosts&&) noexcept = default;
 TravelCosts& TravelCosts::operator=(TravelCosts&&) noexcept = default;
 
-void TravelCosts::resize(const PassableLattice& lattice) {
-  if (!cost_.empty() && lattice.frame() == frame_) return;
+void TravelCosts::open_window(const PassableLattice& lattice, double limit_cells) {
+  const bool same_frame = lattice.frame() == frame_;
   frame_ = lattice.frame();
-  direction_.assign(frame_.cell_count(), kSource);
-  const auto row = static_cast<std::ptrdiff_t>(frame_.size[0]);
-  steps_ = std::make_unique<Steps>(Steps{useful_steps(row, row * frame_.size[1])});
+  const int at[3] = {source_.x, source_.y, source_.z};
+  Window window;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int center = at[axis] / frame_.cell_voxels + 1;
+    const int end = frame_.size[axis] - 1;
+    const int reach = static_cast<int>(std::min(limit_cells, static_cast<double>(end)));
+    window.lo[axis] = std::max(0, center - reach - 1);
+    window.size[axis] = std::min(end, center + reach + 1) - window.lo[axis] + 1;
+  }
+  if (!same_frame || window.size != window_.size) {
+    const auto row = static_cast<std::ptrdiff_t>(window.size[0]);
+    steps_ = std::make_unique<Steps>(Steps{useful_steps(row, row * window.size[1])});
+  }
+  window_ = window;
+  direction_.resize(window_.cell_count());
+  cost_.assign(window_.cell_count(), kImpassable);
+  flags_.assign(window_.cell_count(), 0);
+  const auto columns = static_cast<std::size_t>(window_.size[0]);
+  for (int z = window_.lo[2] + 1; z < window_.lo[2] + window_.size[2] - 1; ++z) {
+    for (int y = window_.lo[1] + 1; y < window_.lo[1] + window_.size[1] - 1; ++y) {
+      const std::size_t frame_row =
+          (static_cast<std::size_t>(z) * static_cast<std::size_t>(frame_.size[1]) + static_cast<std::size_t>(y)) *
+          static_cast<std::size_t>(frame_.size[0]);
+      const std::uint8_t* const flags = lattice.flags().data() + frame_row + static_cast<std::size_t>(window_.lo[0]);
+      const std::size_t row = window_.row(y, z);
+      std::copy(flags + 1, flags + columns - 1, flags_.begin() + static_cast<std::ptrdiff_t>(row + 1));
+      std::transform(flags + 1, flags + columns - 1, cost_.begin() + static_cast<std::ptrdiff_t>(row + 1),
+                     [](std::uint8_t flag) { return flag != 0 ? kUnreachable : kImpassable; });
+    }
+  }
+}
+
+std::size_t TravelCosts::cell_of(const VoxelIndex& v) const {
+  const int x = v.x / frame_.cell_voxels + 1;
+  const int y = v.y / frame_.cell_voxels + 1;
+  const int z = v.z / frame_.cell_voxels + 1;
+  const auto within = [this](int at, std::size_t axis) {  // the border is nobody's
+    return at > window_.lo[axis] && at < window_.lo[axis] + window_.size[axis] - 1;
+  };
+  const bool inside = within(x, 0) && within(y, 1) && within(z, 2);
+  return inside ? window_.row(y, z) + static_cast<std::size_t>(x - window_.lo[0]) : kOutside;
+}
+
+std::size_t TravelCosts::frame_cell(std::size_t cell) const {
+  const auto nx = static_cast<std::size_t>(window_.size[0]);
+  const auto ny = static_cast<std::size_t>(window_.size[1]);
+  const std::size_t x = cell % nx + static_cast<std::size_t>(window_.lo[0]);
+  const std::size_t y = cell / nx % ny + static_cast<std::size_t>(window_.lo[1]);
+  const std::size_t z = cell / (nx * ny) + static_cast<std::size_t>(window_.lo[2]);
+  return (z * static_cast<std::size_t>(frame_.size[1]) + y) * static_cast<std::size_t>(frame_.size[0]) + x;
 }
 
 void TravelCosts::lower(std::size_t cell, float cost, std::uint8_t direction) {
@@ -86,8 +133,7 @@ void TravelCosts::spread_volume(float limit_cells) {
   }
 }
 
-void TravelCosts::spread_slice(const PassableLattice& lattice, float limit_cells) {
-  const std::vector<std::uint8_t>& flags = lattice.flags();
+void TravelCosts::spread_slice(float limit_cells) {
   std::uint32_t turn = 0;
   for (int empty = 0; empty < 3; ++turn) {
     auto& bucket = buckets_[turn % 3];
@@ -99,7 +145,7 @@ void TravelCosts::spread_slice(const PassableLattice& lattice, float limit_cells
         const GridMove& move = kGridMoves[step.direction];
         const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + step.offset);
         const bool allowed =
-            move.z == 0 ? (flags[cell] & flags[next] & PassableLattice::kLevel) != 0 : move.x == 0 && move.y == 0;
+            move.z == 0 ? (flags_[cell] & flags_[next] & PassableLattice::kLevel) != 0 : move.x == 0 && move.y == 0;
         const float through = cost + step.length;
         if (allowed && through < cost_[next] && through <= limit_cells) lower(next, through, step.direction);
       }
@@ -112,27 +158,45 @@ void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_
                           double limit_m, PassableLattice* shared) {
   PassableLattice& lattice = shared != nullptr ? *shared : own_;
   lattice.update(space, rule);
-  resize(lattice);
-  cost_.resize(frame_.cell_count());
-  std::transform(lattice.flags().begin(), lattice.flags().end(), cost_.begin(),
-                 [](std::uint8_t flags) { return flags != 0 ? kUnreachable : kImpassable; });
+  if (!std::isfinite(limit_m)) graph_ = nullptr;
+  limit_m_ = limit_m;
   source_m_ = source_m;
-  VoxelIndex source;
-  if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * frame_.grid.resolution_m()), source)) return;
-  const double limit_cells = limit_m / (frame_.cell_voxels * frame_.grid.resolution_m());
-  lower(frame_.cell_of(source), 0.0F, kSource);
+  if (!space.nearest_traversable(source_m, std::max(kSnap_m, 2.0 * space.grid().resolution_m()), source_)) {
+    cost_.clear();
+    return;
+  }
+  const double limit_cells = limit_m / (lattice.frame().cell_voxels * lattice.frame().grid.resolution_m());
+  open_window(lattice, limit_cells);
+  lower(cell_of(source_), 0.0F, kSource);
   if (rule.kind == MotionRule::Kind::kSlice) {
-    spread_slice(lattice, static_cast<float>(limit_cells));
+    spread_slice(static_cast<float>(limit_cells));
   } else {
     spread_volume(static_cast<float>(limit_cells));
   }
 }
 
+void TravelCosts::estimate_beyond(const RegionGraph& graph) {
+  graph_ = nullptr;
+  if (cost_.empty()) return;
+  const std::uint32_t part = graph.part_of(source_);
+  if (part == RegionGraph::kNone) return;
+  graph_ = &graph;
+  graph.lengths_from(part, lengths_);
+}
+
+float TravelCosts::beyond_m(const VoxelIndex& v) const {
+  const std::uint32_t part = graph_->part_of(v);
+  if (part == RegionGraph::kNone) return kUnreachable;
+  return std::max(lengths_[part] * static_cast<float>(cell_m()), static_cast<float>(limit_m_));
+}
+
 float TravelCosts::distance_m(const VoxelIndex& v) const {
   if (cost_.empty() || !frame_.grid.contains(v)) return kUnreachable;
-  const float cost = cost_[frame_.cell_of(v)];
-  if (cost < 0.0F || cost == kUnreachable) return kUnreachable;
-  return cost * static_cast<float>(frame_.cell_voxels * frame_.grid.resolution_m());
+  const std::size_t cell = cell_of(v);
+  const float cost = cell == kOutside ? kUnreachable : cost_[cell];
+  if (cost < 0.0F) return kUnreachable;
+  if (cost == kUnreachable) return graph_ == nullptr ? kUnreachable : beyond_m(v);
+  return cost * static_cast<float>(cell_m());
 }
 
 float TravelCosts::distance_m(const Eigen::Vector3d& point_m) const {
@@ -142,14 +206,16 @@ float TravelCosts::distance_m(const Eigen::Vector3d& point_m) const {
 
 std::vector<Eigen::Vector3d> TravelCosts::path_to(const Eigen::Vector3d& point_m) const {
   std::vector<Eigen::Vector3d> path_m;
-  if (distance_m(point_m) == kUnreachable) return path_m;
+  if (cost_.empty() || !frame_.grid.box().contains(point_m)) return path_m;
+  std::size_t cell = cell_of(frame_.grid.index_of(point_m));
+  if (cell == kOutside || cost_[cell] < 0.0F || cost_[cell] == kUnreachable) return path_m;
   path_m.push_back(point_m);
-  std::size_t cell = frame_.cell_of(frame_.grid.index_of(point_m));
   while (direction_[cell] != kSource) {
     const GridMove& m = kGridMoves[direction_[cell]];
-    const auto row = static_cast<std::ptrdiff_t>(frame_.size[0]);
-    cell = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) - (m.x + m.y * row + m.z * row * frame_.size[1]));
-    if (direction_[cell] != kSource) path_m.push_back(frame_.center_of(cell));
+    const auto row = static_cast<std::ptrdiff_t>(window_.size[0]);
+    cell =
+        static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) - (m.x + m.y * row + m.z * row * window_.size[1]));
+    if (direction_[cell] != kSource) path_m.push_back(frame_.center_of(frame_cell(cell)));
   }
   path_m.push_back(source_m_);
   std::reverse(path_m.begin(), path_m.end());

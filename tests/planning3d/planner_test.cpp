@@ -97,6 +97,43 @@ TEST_CASE("A* finds the least cost a plain Dijkstra finds", "[astar]") {
   CHECK(cut_off > 0);
 }
 
+TEST_CASE("a long search of A* led by regions finds what there is, and hardly longer ways", "[astar]") {
+  Rng rng = make_rng(21, "astar-led");
+  AstarPlanner::Config led_config;
+  led_config.led_from = 0;
+  led_config.led_after = 100;
+  AstarPlanner led(led_config);
+  AstarPlanner exact;
+  int fewer = 0;
+  int cut_off = 0;
+  double led_m = 0.0;
+  double exact_m = 0.0;
+  for (int round = 0; round < 60; ++round) {
+    TestWorld world({6.0, 5.0, 2.0}, 0.1);
+    world.clutter(rng, 40, 1.8);
+    const FreeSpace space = world.space();
+    PlanRequest request;
+    request.start_m = world.random_place(space, rng);
+    request.goal_m = world.random_place(space, rng);
+    if (round % 3 == 0) request.keep_out.push_back({world.random_place(space, rng), 0.7});
+    const PlanResult best = exact.plan(space, request);
+    const PlanResult result = led.plan(space, request);
+    REQUIRE(result.status == best.status);
+    if (best.status == PlanStatus::kNoPath) ++cut_off;
+    if (best.status != PlanStatus::kReached) continue;
+    CHECK(checkers::path_problem(space, result.path_m) == "");
+    CHECK(led.lattice_cost_m() <= 1.6 * exact.lattice_cost_m() + 1e-3);
+    led_m += led.lattice_cost_m();
+    exact_m += exact.lattice_cost_m();
+    if (result.expansions < best.expansions) ++fewer;
+    request.max_expansions = 120;  // the budget is for both searches together
+    CHECK(led.plan(space, request).expansions <= 121);
+  }
+  CHECK(led_m < 1.1 * exact_m);
+  CHECK(fewer > 10);
+  CHECK(cut_off > 0);
+}
+
 TEST_CASE("paths keep away from walls, fit the robot anywhere and are found fast", "[astar]") {
   Rng rng = make_rng(4, "astar-speed");
   AstarPlanner exact;

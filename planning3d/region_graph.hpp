@@ -1,0 +1,43 @@
+#pragma once
+
+#include "planning3d/passable_lattice.hpp"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace stairwell::planning3d {
+
+/// A coarse picture of a passable lattice: blocks of 4 x 4 x 4 cells, in each of them the parts that hang together
+/// (26 neighbours). Ways between parts are counted in steps from block to block. What can be reached by single moves of
+/// cells can be reached here, and nothing else; lengths are off by some tenths, and by a block at each end.
+class RegionGraph {
+ public:
+  static constexpr int kEdge = 4;               ///< cells per block edge
+  static constexpr std::size_t kMostParts = 8;  ///< of one block: two cells of different parts do not touch
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  static constexpr float kUnreachable = std::numeric_limits<float>::infinity();
+
+  /// Looks at all cells, works where some became passable or impassable.
+  void update(const PassableLattice& lattice);
+
+  /// Number of the part that holds the voxel's cell; kNone where that is impassable. Blocks that did not change keep
+  /// their numbers. @pre updated; v is in the grid
+  std::uint32_t part_of(const VoxelIndex& v) const;
+
+  /// Lengths of the shortest ways from a part to all, by part number, in cell edges; kUnreachable where there is none.
+  void lengths_from(std::uint32_t part, std::vector<float>& lengths) const;
+
+ private:
+  using Parts = std::array<std::uint64_t, kMostParts>;  ///< cells of each part, x fastest; unused ones are 0
+  std::size_t block_of(int x, int y, int z) const;
+  static Parts split(std::uint64_t cells);
+
+  LatticeFrame frame_;
+  std::array<int, 3> blocks_{0, 0, 0};  ///< with a border of one empty block on every side
+  std::vector<std::uint64_t> cells_;    ///< passable ones of each block
+  std::vector<Parts> parts_;
+};
+
+}  // namespace stairwell::planning3d
