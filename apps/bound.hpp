@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstddef>
+#include <functional>
 #include <string>
 
 namespace stairwell::apps {
@@ -18,11 +19,16 @@ struct Bound {
   double target_coverage = 0.0;
 };
 
+struct BoundRequest {
+  Settings settings;                                    ///< as of `stairwell explore`
+  int rounds = 6;                                       ///< of searching and flying; more are never worse
+  std::function<void(const std::string& line)> report;  ///< is told how it goes; may be empty
+};
+
 /// Tours over viewpoints chosen on the true map, flown within the run's limits with its sensor, until
-/// `target_coverage` of the explorable voxels (default 0.99) is known. Repeatable; the seed does not matter.
-/// @param settings as of `stairwell explore`
+/// `target_coverage` of the explorable voxels (default 0.99) is known. Repeatable; another seed is another search.
 /// @throws InputError, RunError, the latter also when `interrupted`
-Bound find_bound(Settings settings, const volatile std::sig_atomic_t& interrupted);
+Bound find_bound(const BoundRequest& request, const volatile std::sig_atomic_t& interrupted);
 
 std::string bound_json(const Bound& bound);
 

@@ -5,7 +5,6 @@
 #include "planning3d/curve.hpp"
 #include "planning3d/safety_check.hpp"
 #include "planning3d/speed_profile.hpp"
-#include "planning3d/yaw_turn.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +18,10 @@ namespace {
 using planning3d::Curve;
 using Path = std::vector<Eigen::Vector3d>;
 
-constexpr double kReach_m = 1.5;   // of the rounding of a corner
-constexpr double kSharp = -0.3;    // cosine of the turn from which on the UAV stops at a corner
-constexpr double kLeast_m = 1e-3;  // shorter ways are turns on the spot
+constexpr double kReach_m = 1.5;    // of the rounding of a corner
+constexpr double kSharp = -0.3;     // cosine of the turn from which on the UAV stops at a corner
+constexpr double kLeast_m = 1e-3;   // shorter ways are turns on the spot
+constexpr double kLeft_rad = 1e-9;  // rounding shall not decide which way half a turn goes
 constexpr double kLeastShare = 1e-4;
 constexpr int kSlowDowns = 60;
 constexpr int kMostTightenings = 4000;
@@ -41,12 +41,6 @@ struct Place {
   std::size_t stretch = 0;
   double arc_m = 0.0;
 };
-
-double turn_s(const MotionLimits& limits, double from_rad, double to_rad) {
-  return planning3d::YawTurn::to_heading(0.0, wrap_angle(to_rad - from_rad), limits.yaw_rate_radps,
-                                         limits.yaw_acceleration_radps2)
-      .duration_s();
-}
 
 Curve rounded_curve(const planning3d::FreeSpace& space, const Path& corners_m) {
   const planning3d::SafetyCheck check;
@@ -186,9 +180,7 @@ void add_yaws(TourFlight& flight, const std::vector<FlightStop>& stops, const Mo
     }
     flight.states[i].yaw_rad = from_rad;
     if (next == stops.size()) continue;
-    const auto turn = planning3d::YawTurn::to_heading(0.0, wrap_angle(stops[next].yaw_rad - from_rad),
-                                                      limits.yaw_rate_radps, limits.yaw_acceleration_radps2);
-    const auto state = turn.at(time_s - from_s);
+    const auto state = tour_turn(limits, from_rad, stops[next].yaw_rad).at(time_s - from_s);
     flight.states[i].yaw_rad = from_rad + state.turned_rad;
     flight.states[i].yaw_rate_radps = state.rate_radps;
   }
@@ -206,6 +198,11 @@ void append_states(TourFlight& flight, const Stretch& stretch, const MotionLimit
 
 }  // namespace
 
+planning3d::YawTurn tour_turn(const MotionLimits& limits, double from_rad, double to_rad) {
+  return planning3d::YawTurn::to_heading(0.0, wrap_angle(to_rad - from_rad - kLeft_rad), limits.yaw_rate_radps,
+                                         limits.yaw_acceleration_radps2);
+}
+
 TourFlight fly_tour(const planning3d::FreeSpace& space, const MotionLimits& limits,
                     const std::vector<FlightStop>& stops, double start_yaw_rad, bool turns) {
   TourFlight flight;
@@ -214,7 +211,7 @@ TourFlight fly_tour(const planning3d::FreeSpace& space, const MotionLimits& limi
   std::vector<double> needed_s;
   double yaw_rad = start_yaw_rad;
   for (const FlightStop& stop : stops) {
-    needed_s.push_back(turns ? turn_s(limits, yaw_rad, stop.yaw_rad) : 0.0);
+    needed_s.push_back(turns ? tour_turn(limits, yaw_rad, stop.yaw_rad).duration_s() : 0.0);
     yaw_rad = stop.yaw_rad;
     double length_m = 0.0;
     for (std::size_t i = 1; i < stop.way_m.size(); ++i) length_m += (stop.way_m[i] - stop.way_m[i - 1]).norm();

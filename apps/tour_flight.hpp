@@ -2,6 +2,7 @@
 
 #include "core/trajectory.hpp"
 #include "planning3d/free_space.hpp"
+#include "planning3d/yaw_turn.hpp"
 
 #include <Eigen/Core>
 
@@ -19,6 +20,9 @@ struct TourFlight {
   std::vector<MotionState> states;  ///< every Trajectory::kStep_s, from rest to rest
   std::vector<double> arrival_s;    ///< per stop
 };
+
+/// The turn from one stop's yaw to the next one's, the shorter way round.
+planning3d::YawTurn tour_turn(const MotionLimits& limits, double from_rad, double to_rad);
 
 /// The quickest flight along the ways within the limits: past the stops without braking where the way goes on, corners
 /// rounded as far as the space allows, slower where the turn to the next stop's yaw takes longer than the way.

@@ -6,9 +6,12 @@
 #include "planning3d/travel_costs.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstddef>
 #include <queue>
+#include <tuple>
+#include <utility>
 
 namespace stairwell::apps {
 
@@ -16,11 +19,24 @@ namespace {
 
 constexpr double kMostPlaces = 2500.0;
 constexpr double kLeastStep_m = 0.4;
-constexpr std::size_t kMostTargets = 6000;
-constexpr double kInVoxel = 0.9;  // of its edge: a return this far before the centre still falls into the voxel
+constexpr std::size_t kMostTargets = 8192;
+constexpr double kNearShare = 0.4;     // of the places' step: edge of the cells that stand for a place
+constexpr unsigned kCurveBits = 3;     // of a voxel's coordinates that the order of targets does not look at
+constexpr double kOnSurface_m = 2e-3;  // a return this far before the point is of the point's surface
 
 VoxelIndex cell_neighbour(const VoxelIndex& v, int n) { return v + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 
+/// Along a curve that stays in one part of the plane for long (Morton 1966): what is seen together lies together.
+std::uint64_t along_curve(const VoxelIndex& v) {
+  std::uint64_t place = 0;
+  for (unsigned bit = 0; bit < 12; ++bit) {
+    place |= static_cast<std::uint64_t>(v.x >> (bit + kCurveBits) & 1) << (2 * bit);
+    place |= static_cast<std::uint64_t>(v.y >> (bit + kCurveBits) & 1) << (2 * bit + 1);
+  }
+  return place;
+}
+
+/// One of each run of as many explorable voxels, so that all parts of the world have their share.
 std::vector<VoxelIndex> sample_targets(const GridSpec& grid, const std::vector<std::uint8_t>& explorable) {
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < explorable.size(); ++i)
@@ -29,13 +45,39 @@ std::vector<VoxelIndex> sample_targets(const GridSpec& grid, const std::vector<s
   Rng rng = make_rng(1, "bound/targets");
   std::vector<VoxelIndex> targets;
   for (std::size_t i = 0; i < wanted; ++i) {
-    const auto left = all.size() - i;
-    std::swap(all[i], all[i + std::min(left - 1, static_cast<std::size_t>(rng.uniform() * static_cast<double>(left)))]);
+    const std::size_t first = i * all.size() / wanted;
+    const std::size_t run = (i + 1) * all.size() / wanted - first;
+    const auto within = static_cast<std::size_t>(rng.uniform() * static_cast<double>(run));
+    targets.push_back(grid.voxel(all[first + std::min(within, run - 1)]));
   }
-  all.resize(wanted);
-  std::sort(all.begin(), all.end());  // neighbouring rays are cast together
-  for (const std::size_t i : all) targets.push_back(grid.voxel(i));
+  std::ranges::sort(targets, {}, [](const VoxelIndex& v) { return std::tuple(along_curve(v), v.z, v.y, v.x); });
   return targets;
+}
+
+/// A point of a target to look at: its voxel is known when it is in sight.
+struct Aim {
+  std::size_t target;
+  Eigen::Vector3d point_m;
+};
+
+/// The middle of each voxel, and where a surface passes through it or lies on a face of it, a point of that surface.
+std::vector<Aim> aims_at(const Simulation& simulation, const std::vector<VoxelIndex>& targets) {
+  const sim3d::GroundTruth& truth = simulation.truth();
+  const double reach_m = 0.5 * truth.grid().resolution_m() + truth.face_tolerance_m();
+  std::vector<Aim> aims;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const Eigen::Vector3d centre_m = truth.grid().center_of(targets[i]);
+    aims.push_back({i, centre_m});
+    if (truth.at(targets[i]) == sim3d::TruthClass::kFree) continue;
+    for (int side = 0; side < 6; ++side) {
+      const Eigen::Vector3d direction = (side % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(side / 2);
+      const auto hit =
+          simulation.caster().cast(centre_m.cast<float>(), direction.cast<float>(), static_cast<float>(reach_m));
+      if (std::isfinite(hit.distance_m))
+        aims.push_back({i, centre_m + static_cast<double>(hit.distance_m) * direction});
+    }
+  }
+  return aims;
 }
 
 std::uint32_t yaws_that_see(const SensorModel& sensor, int yaws, const Eigen::Vector3d& offset_m) {
@@ -80,15 +122,15 @@ mapping::OccupancyMap fully_known_map(const Simulation& simulation, const std::v
   return map;
 }
 
-double TrueViews::Pose::yaw_rad() const { return wrap_angle(2.0 * kPi * yaw / kYaws); }
+double TrueViews::yaw_rad(int yaw) { return wrap_angle(2.0 * kPi * yaw / kYaws); }
 
 TrueViews::TrueViews(const Simulation& simulation, const planning3d::FreeSpace& space,
                      const std::vector<std::uint8_t>& explorable)
-    : yaws_(simulation.config().fleet.sensor.panoramic() ? 1 : kYaws) {
+    : yaws_(simulation.config().fleet.sensor.panoramic() ? 1 : kYaws), grid_(space.grid()) {
   find_places(space, simulation.airborne_starts_m());
-  const std::vector<VoxelIndex> targets = sample_targets(space.grid(), explorable);
-  target_count_ = targets.size();
-  look_around(simulation, targets);
+  assign_places(simulation.caster());
+  targets_ = sample_targets(space.grid(), explorable);
+  look_around(simulation);
 }
 
 void TrueViews::find_places(const planning3d::FreeSpace& space, const std::vector<Eigen::Vector3d>& starts_m) {
@@ -104,8 +146,9 @@ void TrueViews::find_places(const planning3d::FreeSpace& space, const std::vecto
   }
   if (there.empty()) throw InputError("no start leads to free space: move the starts");
   const double volume_m3 = static_cast<double>(there.size()) * grid.voxel_volume_m3();
-  step_m_ = std::max({kLeastStep_m, grid.resolution_m(), std::cbrt(volume_m3 / kMostPlaces)});
-  cells_ = GridSpec(grid.box(), step_m_);
+  const double step_m = std::max({kLeastStep_m, grid.resolution_m(), std::cbrt(volume_m3 / kMostPlaces)});
+  cells_ = GridSpec(grid.box(), step_m);
+  near_cells_ = GridSpec(grid.box(), kNearShare * step_m);
   std::vector<std::int64_t> best(cells_.voxel_count(), -1);
   for (std::size_t i = 0; i < there.size(); ++i) {  // the most open place of each cell
     const VoxelIndex cell = cells_.index_of(grid.center_of(there[i]));
@@ -122,54 +165,104 @@ void TrueViews::find_places(const planning3d::FreeSpace& space, const std::vecto
   }
 }
 
-void TrueViews::look_around(const Simulation& simulation, const std::vector<VoxelIndex>& targets) {
-  const sim3d::GroundTruth& truth = simulation.truth();
+void TrueViews::assign_places(const sim3d::RayCaster& caster) {
+  around_.assign(near_cells_.voxel_count(), {});
+  std::vector<std::pair<double, std::uint32_t>> near;
+  for (std::size_t i = 0; i < around_.size(); ++i) {
+    const Eigen::Vector3d at_m = near_cells_.center_of(near_cells_.voxel(i));
+    const VoxelIndex cell = cells_.index_of(at_m);
+    near.clear();
+    for (int n = 0; n < 27; ++n) {
+      const VoxelIndex v = cell_neighbour(cell, n);
+      if (!cells_.contains(v)) continue;
+      for (const std::uint32_t place : places_in_[cells_.linear(v)])
+        near.emplace_back((place_m_[place] - at_m).norm(), place);
+    }
+    if (near.empty()) continue;
+    std::ranges::sort(near);
+    std::erase_if(near, [&](const auto& entry) {
+      const Eigen::Vector3d direction = (place_m_[entry.second] - at_m) / std::max(entry.first, 1e-9);
+      return entry != near.front() &&
+             caster.occluded(at_m.cast<float>(), direction.cast<float>(), static_cast<float>(entry.first));
+    });
+    const auto offset_m = [&](const auto& entry) { return Eigen::Vector3d(place_m_[entry.second] - at_m); };
+    const auto opposite = std::ranges::find_if(
+        near, [&](const auto& entry) { return offset_m(entry).dot(offset_m(near.front())) < 0.0; });
+    around_[i] = {near.front().second, opposite == near.end() ? near.front().second : opposite->second};
+  }
+}
+
+void TrueViews::look_around(const Simulation& simulation) {
   const SensorModel& sensor = simulation.config().fleet.sensor;
-  const double resolution_m = truth.grid().resolution_m();
-  sights_.resize(place_m_.size());
-  std::vector<Sight> in_view;
+  const std::vector<Aim> aims = aims_at(simulation, targets_);
+  viewers_.resize(targets());
+  struct InView {
+    std::size_t target;
+    std::uint32_t yaws;
+    double away_m;
+  };
+  std::vector<InView> in_view;
+  std::vector<Seen> seen;
   std::vector<Eigen::Vector3f> directions;
-  std::vector<double> away_m;
   std::vector<float> hit_m;
-  for (std::size_t place = 0; place < place_m_.size(); ++place) {
+  for (std::uint32_t place = 0; place < places(); ++place) {
     in_view.clear();
     directions.clear();
-    away_m.clear();
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-      const Eigen::Vector3d offset_m = truth.grid().center_of(targets[i]) - place_m_[place];
+    for (const Aim& aim : aims) {
+      const Eigen::Vector3d offset_m = aim.point_m - place_m_[place];
       if (offset_m.squaredNorm() > sensor.max_range_m * sensor.max_range_m) continue;
       const std::uint32_t yaws = yaws_that_see(sensor, yaws_, offset_m);
       if (yaws == 0) continue;
-      in_view.push_back({static_cast<std::uint32_t>(i), yaws});
-      away_m.push_back(offset_m.norm());
-      directions.push_back((offset_m / away_m.back()).cast<float>());
+      in_view.push_back({aim.target, yaws, offset_m.norm()});
+      directions.push_back((offset_m / in_view.back().away_m).cast<float>());
     }
     hit_m.resize(directions.size());
     simulation.caster().cast_from(place_m_[place].cast<float>(), directions, static_cast<float>(sensor.max_range_m),
                                   hit_m);
+    seen.clear();
     for (std::size_t i = 0; i < in_view.size(); ++i) {
-      const bool free = truth.at(targets[in_view[i].target]) == sim3d::TruthClass::kFree;
-      if (static_cast<double>(hit_m[i]) >= away_m[i] - (free ? 0.0 : kInVoxel * resolution_m))
-        sights_[place].push_back(in_view[i]);
+      const auto& [target, yaws, away_m] = in_view[i];
+      if (static_cast<double>(hit_m[i]) >= away_m - kOnSurface_m) seen.push_back({target, yaws});
     }
+    keep_sight(place, seen);
   }
 }
 
-std::size_t TrueViews::place_near(const Eigen::Vector3d& at_m) const {
-  const VoxelIndex cell = cells_.index_of(at_m);
-  std::size_t nearest = 0;
-  double nearest_m2 = std::numeric_limits<double>::infinity();
-  for (int n = 0; n < 27; ++n) {
-    const VoxelIndex v = cell_neighbour(cell, n);
-    if (!cells_.contains(v)) continue;
-    for (const std::uint32_t place : places_in_[cells_.linear(v)]) {
-      const double m2 = (place_m_[place] - at_m).squaredNorm();
-      if (m2 >= nearest_m2) continue;
-      nearest_m2 = m2;
-      nearest = place;
-    }
+/// @param seen by target, which may be there several times
+void TrueViews::keep_sight(std::uint32_t place, const std::vector<Seen>& seen) {
+  Window window{sights_.size(), 0, 0};
+  if (!seen.empty()) {
+    window.begin = seen.front().target / 64;
+    window.end = seen.back().target / 64 + 1;
   }
-  return nearest;
+  const std::size_t size = window.end - window.begin;
+  windows_.push_back(window);
+  sights_.resize(sights_.size() + static_cast<std::size_t>(yaws_) * size, 0);
+  for (const auto& [target, yaws] : seen) {
+    std::vector<Viewer>& viewers = viewers_[target];
+    if (viewers.empty() || viewers.back().place != place) viewers.push_back({place, 0});
+    viewers.back().yaws |= yaws;
+    for (std::size_t yaw = 0; yaw < static_cast<std::size_t>(yaws_); ++yaw)
+      if ((yaws >> yaw & 1u) != 0)
+        sights_[window.at + yaw * size + target / 64 - window.begin] |= std::uint64_t{1} << (target % 64);
+  }
+}
+
+void TrueViews::forget(std::size_t target, double from_m) {
+  const auto far = [&](const Viewer& viewer) { return distance_m(viewer.place, target) >= from_m; };
+  for (const Viewer& viewer : viewers_[target]) {
+    if (!far(viewer)) continue;
+    const Window& window = windows_[viewer.place];
+    for (std::size_t yaw = 0; yaw < static_cast<std::size_t>(yaws_); ++yaw)
+      sights_[window.at + yaw * (window.end - window.begin) + target / 64 - window.begin] &=
+          ~(std::uint64_t{1} << (target % 64));
+  }
+  std::erase_if(viewers_[target], far);
+}
+
+TrueViews::Around TrueViews::around(const Eigen::Vector3d& at_m) const {
+  const VoxelIndex cell = near_cells_.index_of(at_m);
+  return near_cells_.contains(cell) ? around_[near_cells_.linear(cell)] : Around{};
 }
 
 int TrueViews::yaw_step(double yaw_rad) const {
@@ -177,48 +270,33 @@ int TrueViews::yaw_step(double yaw_rad) const {
   return static_cast<int>(((step % yaws_) + yaws_) % yaws_);
 }
 
-std::vector<std::size_t> TrueViews::beside(std::size_t place) const {
-  std::vector<std::size_t> found;
-  const VoxelIndex cell = cells_.index_of(place_m_[place]);
-  for (int n = 0; n < 27; ++n) {
-    const VoxelIndex v = cell_neighbour(cell, n);
-    if (n == 13 || !cells_.contains(v)) continue;
-    for (const std::uint32_t other : places_in_[cells_.linear(v)]) found.push_back(other);
-  }
-  return found;
-}
-
 std::vector<TrueViews::Pose> cover_greedily(const TrueViews& views, double share) {
-  std::vector<std::uint8_t> seen(views.targets(), 0);
-  const auto best_yaw = [&](std::size_t place) {
-    std::vector<std::size_t> gain(static_cast<std::size_t>(views.yaws()), 0);
-    for (const TrueViews::Sight& sight : views.sights(place))
-      if (seen[sight.target] == 0)
-        for (std::size_t yaw = 0; yaw < gain.size(); ++yaw) gain[yaw] += sight.yaws >> yaw & 1u;
-    const auto most = std::max_element(gain.begin(), gain.end());
-    return std::pair(*most, static_cast<int>(most - gain.begin()));
+  std::vector<std::uint64_t> seen(views.words(), 0);
+  const auto gain_of = [&](const TrueViews::Pose& pose) {
+    const TrueViews::Sight sight = views.sight(pose);
+    std::size_t gain = 0;
+    for (std::size_t i = sight.begin; i < sight.end; ++i)
+      gain += static_cast<std::size_t>(std::popcount(sight.word[i - sight.begin] & ~seen[i]));
+    return gain;
   };
   // Gains only fall: what was counted once is an upper bound from then on.
-  std::priority_queue<std::pair<std::size_t, std::size_t>> queue;
-  for (std::size_t place = 0; place < views.places(); ++place) queue.emplace(best_yaw(place).first, place);
+  std::priority_queue<std::tuple<std::size_t, std::uint32_t, int>> queue;
+  for (std::uint32_t place = 0; place < views.places(); ++place)
+    for (int yaw = 0; yaw < views.yaws(); ++yaw) queue.emplace(gain_of({place, yaw}), place, yaw);
   std::vector<TrueViews::Pose> chosen;
   std::size_t count = 0;
   while (static_cast<double>(count) < share * static_cast<double>(views.targets()) && !queue.empty()) {
-    const std::size_t place = queue.top().second;
+    const auto [bound, place, yaw] = queue.top();
     queue.pop();
-    const auto [gain, yaw] = best_yaw(place);
+    const std::size_t gain = gain_of({place, yaw});
     if (gain == 0) continue;
-    if (!queue.empty() && gain < queue.top().first) {
-      queue.emplace(gain, place);
+    if (!queue.empty() && gain < std::get<0>(queue.top())) {
+      queue.emplace(gain, place, yaw);
       continue;
     }
     chosen.push_back({place, yaw});
-    for (const TrueViews::Sight& sight : views.sights(place)) {
-      if ((sight.yaws >> yaw & 1u) == 0 || seen[sight.target] != 0) continue;
-      seen[sight.target] = 1;
-      ++count;
-    }
-    queue.emplace(gain, place);  // another yaw of the same place may still show much
+    views.sight(chosen.back()).add_to(seen.data());
+    count += gain;
   }
   return chosen;
 }

@@ -37,7 +37,7 @@ _stairwell() {
     bound)
       options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
         --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size
-        --voxel-size --config --set --json --help" ;;
+        --voxel-size --limits --seed --config --set --rounds --json --quiet --help" ;;
     compare)
       options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --box --fallback --avoidance --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg

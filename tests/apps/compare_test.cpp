@@ -333,29 +333,22 @@ TEST_CASE("a sweep goes on where it stopped, names what failed and compares the 
   CHECK_THAT(read_text(out / "comparison.md"), Contains("room-volume-astar-nearest-2-2"));
 }
 
-TEST_CASE("the reference is repeatable, and no fleet that has to find out is quicker") {
+TEST_CASE("no fleet that has to find out is quicker than the reference") {
   const fs::path folder = fresh_folder("bound");
   const fs::path room = testing::write_room(folder);
-  const Words words{"bound",        room.string(), "--box",  testing::kRoomBox, "--start=-1.2,0,1",
-                    "--resolution", "0.1",         "--rays", "64x48",           "--json"};
-  const Outcome first = run(words, folder);
-  CAPTURE(first.err);
-  REQUIRE(first.code == 0);
-  const auto bound = nlohmann::json::parse(first.out);
-  CHECK(run(words, folder).out == first.out);
-  CHECK(bound["coverage"].get<double>() >= 0.99);
-  CHECK(bound["viewpoints"].get<int>() >= 1);
-  CHECK(bound["path_length_m"].get<double>() > 0.5);
-  CHECK(bound["path_length_m"].get<double>() <= 2.0 * bound["finish_s"].get<double>());
+  const Outcome known = run({"bound", room.string(), "--box", testing::kRoomBox, "--start=-1.2,0,1", "--rays", "64x48",
+                             "--rounds", "3", "--json"},
+                            folder);
+  CAPTURE(known.err);
+  REQUIRE(known.code == 0);
+  CHECK_THAT(known.err, Contains("round 3 of 3"));
   const Outcome explored = run(
       {"explore", room.string(), "--box", testing::kRoomBox, "--start=-1.2,0,1", "--charge-planning", "off", "--rays",
        "64x48", "--target-coverage", "0.99", "--quiet", "--out", (folder / "explored").string(), "--json"},
       folder);
   REQUIRE(explored.code == 0);
-  CHECK(bound["finish_s"].get<double>() < nlohmann::json::parse(explored.out)["t99_s"].get<double>());
-  const Outcome refused = run({"bound", (folder / "nowhere.sdf").string()}, folder);
-  CHECK(refused.code == 2);
-  CHECK_THAT(refused.err, Contains("nowhere.sdf"));
+  CHECK(nlohmann::json::parse(known.out)["finish_s"].get<double>() <
+        nlohmann::json::parse(explored.out)["t99_s"].get<double>());
 }
 
 }  // namespace stairwell::apps
