@@ -25,6 +25,7 @@ constexpr int kGiveUpWaiting = 12;      // plans in a row before a goal blocked 
 constexpr double kSettled_s = 1.0;      // nobody has anything to do for this long: the end
 constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
 constexpr double kLeastFlight_s = 0.5;  // towards a goal before another is asked for ...
+constexpr double kBrakeEarly_s = 0.3;   // for a fellow in the way: this much before it would be too late
 constexpr double kBraking_s = 1.2;      // ... unless the motion ends so soon that it slows down
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
@@ -102,10 +103,28 @@ void Fleet::Impl::guard(Uav& uav) {
   const bool flies = uav.phase == Phase::kTravel || uav.phase == Phase::kReturn;
   if (!flies || uav.lost_s || uav.at_rest(now_s())) return;
   const auto report = pilot.still_safe(uav.belief->space(), uav, now_s());
-  if (report.safe()) return;
+  if (report.safe()) return mind_fellows(uav);
   log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(report.verdict));
   ++stats.emergency_stops;
   command(uav, pilot.brake(uav, now_s()));
+  uav.goal.reset();
+  if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
+}
+
+/// Motions are planned clear of each other, but a fellow may have braked since then, whatever the reason, and stand in
+/// the way.
+void Fleet::Impl::mind_fellows(Uav& uav) {
+  if (config.avoidance != Avoidance::kPriority) return;
+  const std::vector<const Uav*> fellows = fellows_of(uav);
+  const auto meeting = pilot.meets(uav.commanded(), fellows, now_s());
+  if (meeting.safe()) return;
+  const Trajectory stop = pilot.brake(uav, now_s());
+  if (meeting.at_time_s > stop.end_time_s() + kBrakeEarly_s) return;  // there is time to plan another way
+  const auto at_rest = pilot.meets(stop, fellows, now_s());
+  if (!at_rest.safe() && at_rest.at_time_s < meeting.at_time_s) return;
+  log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(meeting.verdict));
+  ++stats.emergency_stops;
+  command(uav, stop);
   uav.goal.reset();
   if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
 }

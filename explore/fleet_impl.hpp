@@ -41,6 +41,7 @@ struct Fleet::Impl {
   void decide();
   void decide_together(Belief& belief);
   void guard(Uav& uav);
+  void mind_fellows(Uav& uav);
   void advance_phase(Uav& uav);
   void take_off(Uav& uav);
   void scan_around_or_find_goal(Uav& uav);

@@ -215,4 +215,9 @@ planning3d::SafetyReport Pilot::still_safe(const FreeSpace& space, const Uav& ua
   return check_.check_space(space, uav.commanded(), time_s);
 }
 
+planning3d::SafetyReport Pilot::meets(const Trajectory& motion, const std::vector<const Uav*>& fellows,
+                                      double from_s) const {
+  return check_.check_fellows(motion, motions_of(fellows), from_s);
+}
+
 }  // namespace stairwell::explore

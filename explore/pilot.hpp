@@ -44,6 +44,8 @@ class Pilot {
   Trajectory brake(const Uav& uav, double depart_s) const;
   bool is_safe(const planning3d::FreeSpace& space, const Trajectory& motion, double from_s) const;
   planning3d::SafetyReport still_safe(const planning3d::FreeSpace& space, const Uav& uav, double time_s) const;
+  /// Whether and when the motion comes too near to those that the fellows are commanded to.
+  planning3d::SafetyReport meets(const Trajectory& motion, const std::vector<const Uav*>& fellows, double from_s) const;
 
  private:
   std::vector<planning3d::KeepOut> keep_outs(const std::vector<const Uav*>& fellows, const Eigen::Vector3d& start_m,

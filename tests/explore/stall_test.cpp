@@ -35,6 +35,34 @@ struct StallLog final : explore::ExplorationLog {
   std::vector<Given> goals;
 };
 
+/// Sends two UAVs from corner to corner of the first room, across each other's ways.
+class ToAndFro final : public coverage3d::CoverageStrategy {
+ public:
+  std::string_view name() const override { return "to and fro"; }
+  planning3d::MotionRule motion_rule() const override { return planning3d::MotionRule::volume(); }
+  coverage3d::Assignment assign(const planning3d::FreeSpace&, const coverage3d::AssignmentRequest& request) override {
+    static const std::vector<Eigen::Vector3d> kCorners_m{
+        {0.6, 0.6, 1.0}, {2.4, 3.4, 1.0}, {2.4, 0.6, 1.0}, {0.6, 3.4, 1.0}};
+    coverage3d::Assignment assignment;
+    assignment.open_targets = 1;
+    for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+      std::optional<coverage3d::Goal>& goal = assignment.goals.emplace_back();
+      const coverage3d::UavView& uav = request.uavs[i];
+      if (!uav.wants_goal) continue;
+      const bool there = (uav.position_m - kCorners_m[2 * i]).norm() < (uav.position_m - kCorners_m[2 * i + 1]).norm();
+      goal.emplace();
+      goal->position_m = goal->target_m = kCorners_m[2 * i + (there ? 1 : 0)];
+      goal->yaw_rad = uav.yaw_rad;
+      goal->gain_m3 = 10.0;
+    }
+    return assignment;
+  }
+  bool still_useful(const planning3d::FreeSpace&, const coverage3d::Goal&) override { return false; }
+  void report_failure(const coverage3d::Goal&, double) override {}
+  std::string save_state() const override { return {}; }
+  void load_state(const std::string&) override {}
+};
+
 /// In the second room.
 std::size_t unknown_voxels(const mapping::OccupancyMap& map) {
   std::size_t unknown = 0;
@@ -100,6 +128,23 @@ TEST_CASE("a UAV that stalls for a while goes on afterwards, alone or not") {
   CHECK(log.events["moves_again"].front() > 40.0);
   CHECK(log.events["moves_again"].front() < 40.0 + config.stalled_after_s + 3.0);
   CHECK(fleet.stats().stalled == 0);
+}
+
+TEST_CASE("UAVs keep clear of one that brakes in their way, whenever it does") {
+  auto config = test::toy_config();
+  config.resolution_m = 0.15;
+  config.time_limit_s = 60.0;
+  config.own_coverage = [](const coverage3d::CoverageConfig&) { return std::make_unique<ToAndFro>(); };
+  explore::ExplorationLog log;
+  double least_m = 1e9;
+  for (double from_s = 4.0; from_s < 7.0; from_s += 0.3) {
+    config.stalls.clear();
+    for (double at_s = from_s; at_s < config.time_limit_s; at_s += 2.9) config.stalls.push_back({1, at_s, at_s + 1.6});
+    ToySimulation sim(test::two_rooms(), config, {{0.6, 0.6, 1.0}, {2.4, 0.6, 1.0}});
+    Fleet fleet(config, sim.doors(), log, no_clock);
+    least_m = std::min(least_m, fly(fleet));
+  }
+  CHECK(least_m >= 2.0 * config.robot.radius_m);
 }
 
 TEST_CASE("a UAV that stalls beside a lost one goes on afterwards, however little the fleet sees meanwhile") {
