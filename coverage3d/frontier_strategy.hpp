@@ -53,6 +53,7 @@ class FrontierStrategy : public CoverageStrategy {
     std::vector<double> yaw_rad;
     std::vector<double> ready_s;
     std::vector<std::optional<Eigen::Vector3d>> target_m;  ///< what it is flying to see, while it may choose again
+    std::size_t sharing = 0;                               ///< how many of them share one map
   };
 
   FrontierStrategy(const CoverageConfig& config, bool views_at_layers);
@@ -116,6 +117,7 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
+  static double commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop);
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
@@ -124,9 +126,9 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<Stop> own_work(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                              std::vector<Stop> stops) const;
   std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew, const std::vector<Stop>& unseen,
-                              const std::vector<Stop>& doubtful) const;
+                              const std::vector<Stop>& seen) const;
   void close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
-                        const std::vector<Stop>& stops) const;
+                        const std::vector<Stop>& stops, const std::vector<Stop>& unseen) const;
   static bool answers_for(const AssignmentRequest& request, std::size_t cell);
   static bool take_over(const AssignmentRequest& request);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);

@@ -9,47 +9,40 @@
 namespace stairwell::coverage3d {
 namespace {
 
-constexpr double kTrusted_m = 6.0;    // what a UAV has passed nearer than this it has probably seen, ...
-constexpr double kBlind_m = 2.0;      // ... with no more than so much unknown space between, which may hold a wall
-constexpr double kSureBlind_m = 0.3;  // hardly any unknown space between, and nothing solid: it has surely seen it
-constexpr std::size_t kSampled = 6;   // voxels of a cluster that are asked for
+constexpr double kTrusted_m = 6.0;   // what a UAV has passed nearer than this it has probably seen, ...
+constexpr double kBlind_m = 2.0;     // ... with no more than so much unknown space between, which may hold a wall
+constexpr std::size_t kSampled = 6;  // voxels of a cluster that are asked for
 
 constexpr double kLinkStep_m = 0.5;
 constexpr double kLinkStepsPerCell = 10.0;
 constexpr double kDone = 0.1;      // a cell is done when less of it is unknown and can be got at
 constexpr double kAsGood_s = 1.5;  // ways to the own cells that are no more than this longer than the best
 
-enum class Sight { kNone, kProbable, kSure };
-
-/// Whether somebody there would have seen it, as far as this map can tell.
-Sight sight_of(const mapping::OccupancyMap& map, const SensorModel& sensor, const Eigen::Vector3d& from_m,
+/// Whether somebody there has probably seen it, as far as this map can tell.
+bool seen_from(const mapping::OccupancyMap& map, const SensorModel& sensor, const Eigen::Vector3d& from_m,
                const Eigen::Vector3d& target_m) {
   const Eigen::Vector3d offset_m = target_m - from_m;
   const double up_rad = std::atan2(offset_m.z(), offset_m.head<2>().norm());
-  if (offset_m.norm() > std::min(kTrusted_m, sensor.max_range_m)) return Sight::kNone;
-  if (up_rad < sensor.elevation_lo_rad || up_rad > sensor.elevation_hi_rad) return Sight::kNone;
+  if (offset_m.norm() > std::min(kTrusted_m, sensor.max_range_m)) return false;
+  if (up_rad < sensor.elevation_lo_rad || up_rad > sensor.elevation_hi_rad) return false;
   double blind_m = 0.0;
-  const bool open = walk_voxels(map.grid(), from_m, target_m, [&](const VoxelIndex& v) {
+  return walk_voxels(map.grid(), from_m, target_m, [&](const VoxelIndex& v) {
     const Occupancy there = map.at(v);
     if (there == Occupancy::kUnknown) blind_m += map.grid().resolution_m();
     return there != Occupancy::kOccupied && blind_m <= kBlind_m;
   });
-  if (!open) return Sight::kNone;
-  return blind_m <= kSureBlind_m && sensor.panoramic() ? Sight::kSure : Sight::kProbable;
 }
 
-/// How surely all of the cluster has been seen from these places.
-Sight sight_of(const mapping::OccupancyMap& map, const SensorModel& sensor, const FrontierCluster& cluster,
+/// Whether all of the cluster has probably been seen from these places.
+bool seen_from(const mapping::OccupancyMap& map, const SensorModel& sensor, const FrontierCluster& cluster,
                const std::vector<Eigen::Vector3d>& passed_m) {
-  Sight least = Sight::kSure;
   const std::size_t count = std::min(kSampled, cluster.cells.size());
-  for (std::size_t i = 0; i < count && least != Sight::kNone; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d cell_m = map.grid().center_of(cluster.cells[i * cluster.cells.size() / count]);
-    Sight best = Sight::kNone;
-    for (const Eigen::Vector3d& from_m : passed_m) best = std::max(best, sight_of(map, sensor, from_m, cell_m));
-    least = std::min(least, best);
+    if (std::ranges::none_of(passed_m, [&](const auto& from_m) { return seen_from(map, sensor, from_m, cell_m); }))
+      return false;
   }
-  return least;
+  return true;
 }
 
 /// Share of each cell of the board that is unknown and linked, through the unknown, with one of these places; on a
@@ -108,18 +101,20 @@ bool FrontierStrategy::answers_for(const AssignmentRequest& request, std::size_t
 
 /// Cells of these UAVs that hold nothing to visit and hardly anything unknown that something to visit leads to.
 void FrontierStrategy::close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
-                                        const std::vector<Stop>& stops) const {
+                                        const std::vector<Stop>& stops, const std::vector<Stop>& unseen) const {
   TaskBoard& tasks = *request.tasks;
   std::vector<bool> busy(tasks.size(), false);
   std::vector<Eigen::Vector3d> leads_m;
-  const auto add = [&](const FrontierCluster& cluster) {
+  const auto lead = [&](const FrontierCluster& cluster) {
     for (const VoxelIndex& v : cluster.cells) leads_m.push_back(space.grid().center_of(v));
-    busy[tasks.cell_at(cluster.center_m)] = true;
   };
-  for (const Stop& stop : stops) add(*stop.cluster);
+  for (const Stop& stop : stops) lead(*stop.cluster);
+  for (const Stop& stop : unseen) busy[tasks.cell_at(stop.cluster->center_m)] = true;
   for (const auto& [id, cluster] : finder_->clusters()) {
     const bool counts = finish_ ? finish_->counts(id) : finder_->worth_a_visit(cluster);
-    if (counts && book_.undecided(id)) add(cluster);
+    if (!counts || !book_.undecided(id)) continue;
+    lead(cluster);
+    busy[tasks.cell_at(cluster.center_m)] = true;
   }
   const std::vector<double> linked = linked_unknown(space.map(), finder_->config().box, tasks, leads_m);
   for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
@@ -131,7 +126,7 @@ void FrontierStrategy::close_done_cells(const planning3d::FreeSpace& space, cons
 /// best; or else what others have probably seen.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
                                                                 const std::vector<Stop>& unseen,
-                                                                const std::vector<Stop>& doubtful) const {
+                                                                const std::vector<Stop>& seen) const {
   const TaskBoard& tasks = *request.tasks;
   std::vector<Stop> own;
   for (const Stop& stop : unseen) {
@@ -139,7 +134,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const Assignment
   }
   if (!own.empty()) return own;
   std::vector<std::pair<double, const Stop*>> leading;
-  for (const std::vector<Stop>* stops : {&unseen, &doubtful}) {
+  for (const std::vector<Stop>* stops : {&unseen, &seen}) {
     for (const Stop& stop : *stops) {
       double beyond_m = std::numeric_limits<double>::infinity();
       for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
@@ -172,22 +167,22 @@ bool FrontierStrategy::take_over(const AssignmentRequest& request) {
   return false;
 }
 
-/// The stops that are for the UAVs that share this map. What absent ones have surely seen is done.
+/// The stops that are for the UAVs that share this map. What absent ones have seen is no reason to fly, unless it leads
+/// to the own cells.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::own_work(const planning3d::FreeSpace& space,
                                                                const AssignmentRequest& request, const Crew& crew,
                                                                std::vector<Stop> stops) const {
   if (request.tasks == nullptr) return stops;
   std::vector<Stop> unseen;
-  std::vector<Stop> doubtful;
+  std::vector<Stop> seen;
   for (const Stop& stop : stops) {
-    const Sight sight = sight_of(space.map(), config_.sensor, *stop.cluster, request.passed_m);
-    if (sight == Sight::kNone) unseen.push_back(stop);
-    if (sight == Sight::kProbable) doubtful.push_back(stop);
+    const bool by_others = seen_from(space.map(), config_.sensor, *stop.cluster, request.passed_m);
+    (by_others ? seen : unseen).push_back(stop);
   }
-  close_done_cells(space, request, unseen);
+  close_done_cells(space, request, stops, unseen);
   if (std::ranges::all_of(request.uavs, &UavView::shares_map)) return stops;
-  std::vector<Stop> work = own_stops(request, crew, unseen, doubtful);
-  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen, doubtful);
+  std::vector<Stop> work = own_stops(request, crew, unseen, seen);
+  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen, seen);
   return work;
 }
 
