@@ -84,7 +84,7 @@ table_cubicle() {
 table_c2() {
   need_data c2 || return 0
   sweep c2 "Cubicle office by C2-Explorer's rules" "$data/multi_uav/cubicle_office.pcd" "${cubicle_task[@]}" \
-    --limits per-axis --radio-range 5 --finish frontier:1..1.5 --uavs 2,3,4 --bound off
+    --limits per-axis --radio-range 5 --finish frontier:1..1.5 --set robot_margin_m=0.02 --uavs 2,3,4 --bound off
   python3 benchmarks/metrics_table.py "$runs/c2" last_motion_s finish_rule_met_s path_length_m coverage >>"$page"
 }
 
