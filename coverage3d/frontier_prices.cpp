@@ -104,12 +104,12 @@ double FrontierStrategy::price_s(const Stop& stop, const Viewpoint& view) const 
   return kPartialView_s * (1.0 - view.gain_m3 / most_m3);
 }
 
-/// By how much a stop is favoured because the vehicle is on its way there: a target that comes into sight from afar
-/// must not turn it round.
-double FrontierStrategy::commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) {
+/// By how much a stop is favoured because the vehicle is on its way there. What sees all round sees its targets from
+/// afar, whatever way it flies; it must not turn round each time.
+double FrontierStrategy::commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) const {
   if (!crew.target_m[vehicle]) return 0.0;
   const Eigen::Vector3d& target_m = *crew.target_m[vehicle];
-  const bool few = crew.sharing <= kFew;
+  const bool few = crew.sharing <= kFew && config_.sensor.panoramic();
   if (belongs(*stop.cluster, target_m)) return few ? kFewsCommitment_s : kCommitment_s;
   if (!few) return 0.0;
   const double off_m = std::min((stop.cluster->center_m - target_m).norm(), (stop.pose().position_m - target_m).norm());

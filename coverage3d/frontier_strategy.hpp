@@ -117,7 +117,7 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
-  static double commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop);
+  double commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
