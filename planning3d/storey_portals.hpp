@@ -16,6 +16,7 @@ namespace stairwell::planning3d {
 /// slab's middle.
 class StoreyPortals {
  public:
+  /// An opening, in the world frame.
   struct Portal {
     Eigen::Vector3d center_m;  ///< a voxel's centre: the one nearest to the mean of them all
     int voxels = 0;
