@@ -25,8 +25,8 @@ constexpr int kGiveUpWaiting = 12;      // plans in a row before a goal blocked 
 constexpr double kSettled_s = 1.0;      // nobody has anything to do for this long: the end
 constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
 constexpr double kLeastFlight_s = 0.5;  // towards a goal before another is asked for ...
-constexpr double kBrakeEarly_s = 0.3;   // for a fellow in the way: this much before it would be too late
 constexpr double kBraking_s = 1.2;      // ... unless the motion ends so soon that it slows down
+constexpr double kBrakeEarly_s = 0.3;   // for a fellow in the way: this much before it would be too late
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
 constexpr double kRescan_m = 0.5;         // no second radial scan within this distance of the last one
@@ -104,9 +104,13 @@ void Fleet::Impl::guard(Uav& uav) {
   if (!flies || uav.lost_s || uav.at_rest(now_s())) return;
   const auto report = pilot.still_safe(uav.belief->space(), uav, now_s());
   if (report.safe()) return mind_fellows(uav);
-  log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(report.verdict));
+  stop_at_once(uav, pilot.brake(uav, now_s()), report.verdict);
+}
+
+void Fleet::Impl::stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict) {
+  log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(verdict));
   ++stats.emergency_stops;
-  command(uav, pilot.brake(uav, now_s()));
+  command(uav, stop);
   uav.goal.reset();
   if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
 }
@@ -122,11 +126,7 @@ void Fleet::Impl::mind_fellows(Uav& uav) {
   if (meeting.at_time_s > stop.end_time_s() + kBrakeEarly_s) return;  // there is time to plan another way
   const auto at_rest = pilot.meets(stop, fellows, now_s());
   if (!at_rest.safe() && at_rest.at_time_s < meeting.at_time_s) return;
-  log.on_event(now_s(), uav.id, "emergency_stop", planning3d::to_string(meeting.verdict));
-  ++stats.emergency_stops;
-  command(uav, stop);
-  uav.goal.reset();
-  if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
+  stop_at_once(uav, stop, meeting.verdict);
 }
 
 void Fleet::Impl::advance_phase(Uav& uav) {

@@ -42,6 +42,7 @@ struct Fleet::Impl {
   void decide_together(Belief& belief);
   void guard(Uav& uav);
   void mind_fellows(Uav& uav);
+  void stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict);
   void advance_phase(Uav& uav);
   void take_off(Uav& uav);
   void scan_around_or_find_goal(Uav& uav);
