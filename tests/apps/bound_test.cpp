@@ -8,6 +8,7 @@
 #include "apps/tour_search.hpp"
 #include "planning3d/astar_planner.hpp"
 #include "planning3d/segment_check.hpp"
+#include "run_words.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -15,28 +16,16 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 namespace stairwell::apps {
 
 using Catch::Contains;
+using testing::Outcome;
+using testing::run;
+using testing::Words;
 namespace fs = std::filesystem;
 
 namespace {
-
-using Words = std::vector<std::string>;
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-Outcome run(const Words& words) {
-  const volatile std::sig_atomic_t interrupted = 0;
-  std::ostringstream out, err;
-  const int code = run_program(words, out, err, interrupted);
-  return {code, out.str(), err.str()};
-}
 
 nlohmann::json bound_of(Words words) {
   words.insert(words.begin(), "bound");

@@ -1,32 +1,22 @@
 #include "apps/cli.hpp"
 #include "core/version.hpp"
+#include "run_words.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <sstream>
 
 namespace stairwell::apps {
 
 using Catch::Contains;
 using testing::fresh_folder;
+using testing::Outcome;
+using testing::run;
 using testing::write_text;
 
 namespace {
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-Outcome run(const std::vector<std::string>& words) {
-  static const volatile std::sig_atomic_t kNever = 0;
-  std::ostringstream out, err;
-  const int code = run_program(words, out, err, kNever);
-  return {code, out.str(), err.str()};
-}
 
 /// Exit code 2 and exactly one line that holds the text.
 void require_refused(const std::vector<std::string>& words, const std::string& text) {

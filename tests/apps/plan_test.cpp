@@ -3,6 +3,7 @@
 #include "apps/plan_run.hpp"
 #include "apps/plan_tasks.hpp"
 #include "core/errors.hpp"
+#include "run_words.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -16,22 +17,11 @@ namespace stairwell::apps {
 
 using Catch::Contains;
 using testing::fresh_folder;
+using testing::Outcome;
+using testing::run;
 using testing::write_text;
 
 namespace {
-
-struct Outcome {
-  int code;
-  std::string out, err;
-  nlohmann::json json() const { return nlohmann::json::parse(out); }
-};
-
-Outcome run(const std::vector<std::string>& words) {
-  static const volatile std::sig_atomic_t kNever = 0;
-  std::ostringstream out, err;
-  const int code = run_program(words, out, err, kNever);
-  return {code, out.str(), err.str()};
-}
 
 void require_refused(const std::vector<std::string>& words, const std::string& text) {
   const Outcome outcome = run(words);

@@ -6,6 +6,7 @@
 #include "apps/run_folder.hpp"
 #include "core/errors.hpp"
 #include "replay_state.hpp"
+#include "run_words.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -26,24 +27,13 @@ namespace stairwell::apps {
 
 using Catch::Contains;
 using testing::fresh_folder;
+using testing::Outcome;
 using testing::read_text;
+using testing::run;
+using testing::Words;
 namespace fs = std::filesystem;
 
 namespace {
-
-using Words = std::vector<std::string>;
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-Outcome run(const Words& words) {
-  static const volatile std::sig_atomic_t kNever = 0;
-  std::ostringstream out, err;
-  const int code = run_program(words, out, err, kNever);
-  return {code, out.str(), err.str()};
-}
 
 Words explore_words(const fs::path& room, const fs::path& out) {
   return {"explore",

@@ -1,6 +1,7 @@
 #include "apps/cli.hpp"
 #include "core/errors.hpp"
 #include "learning/nn/model_file.hpp"
+#include "run_words.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -8,28 +9,17 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 namespace stairwell::apps {
 
 using Catch::Contains;
 using testing::fresh_folder;
+using testing::Outcome;
+using testing::run;
 
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-Outcome run(const std::vector<std::string>& words, std::sig_atomic_t stop = 0) {
-  const volatile std::sig_atomic_t interrupted = stop;
-  std::ostringstream out, err;
-  const int code = run_program(words, out, err, interrupted);
-  return {code, out.str(), err.str()};
-}
 
 std::vector<std::string> training(const std::string& algorithm, const fs::path& out,
                                   const std::vector<std::string>& more = {}) {
