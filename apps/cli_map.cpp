@@ -56,6 +56,8 @@ void render(const MapWords& words) {
 void add_world_options(CLI::App& command, MapWords& words) {
   command.add_option("--extrude-height", words.world_options.extrude_height_m, "Height of the walls of .pgm maps");
   command.add_option("--point-size", words.world_options.point_size_m, "Edge of a cloud's voxels");
+  command.add_option("--close-gaps", words.world_options.close_gaps,
+                     "on|off: fill the voxels between two of a cloud's");
   command.add_option("--voxel-size", words.world_options.voxel_size_m, "Edge of a cell of a .3dmap");
 }
 

@@ -28,6 +28,7 @@ struct WorldWords {
 void add_world_options(CLI::App& command, WorldWords& words) {
   command.add_option("--extrude-height", words.options.extrude_height_m, "Height of the walls of .pgm maps, metres");
   command.add_option("--point-size", words.options.point_size_m, "Edge of the voxel that a cloud's point fills");
+  command.add_option("--close-gaps", words.options.close_gaps, "on|off: fill the voxels between two of a cloud's");
   command.add_option("--voxel-size", words.options.voxel_size_m, "Edge of a cell of a .3dmap");
 }
 

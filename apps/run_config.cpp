@@ -82,6 +82,9 @@ const std::vector<Entry>& task_entries() {
       {{"point_size_m", "--point-size", "M", "edge of the voxel that a cloud's point fills"},
        "0.1",
        number([](RunConfig& c) -> double& { return c.world_options.point_size_m; })},
+      {{"close_gaps", "--close-gaps", "on|off", "fill the voxels between two of a cloud's along an axis"},
+       "on",
+       on_off([](RunConfig& c) -> bool& { return c.world_options.close_gaps; })},
       {{"voxel_size_m", "--voxel-size", "M", "edge of a cell of a .3dmap"}, "1", number([](RunConfig& c) -> double& {
          return c.world_options.voxel_size_m;
        })},

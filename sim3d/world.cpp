@@ -95,7 +95,7 @@ TriangleMesh load_ply_world(const std::filesystem::path& file, const WorldOption
   for (const Eigen::Vector3f& vertex : mesh.vertices_m) {
     points_m.push_back(vertex.cast<double>());
   }
-  return mesh_of_points(points_m, options.point_size_m, file);
+  return mesh_of_points(points_m, options, file);
 }
 
 TriangleMesh load_by_extension(const std::filesystem::path& file, const WorldOptions& options) {
@@ -114,7 +114,7 @@ TriangleMesh load_by_extension(const std::filesystem::path& file, const WorldOpt
   }
   if (extension == ".pcd") {
     require_positive(options.point_size_m, "point size", file);
-    return mesh_of_points(load_pcd(file), options.point_size_m, file);
+    return mesh_of_points(load_pcd(file), options, file);
   }
   if (extension == ".yaml" || extension == ".yml") {
     require_positive(options.extrude_height_m, "wall height", file);

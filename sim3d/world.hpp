@@ -34,7 +34,8 @@ struct World {
 /// What formats without sizes of their own need.
 struct WorldOptions {
   double extrude_height_m = 2.5;  ///< .yaml/.pgm maps: height of the walls
-  double point_size_m = 0.1;      ///< clouds: each point fills the voxel of this size that holds it
+  double point_size_m = 0.1;      ///< clouds: each point fills the voxel of this size that holds it ...
+  bool close_gaps = true;         ///< ... and the voxels between two such ones along an axis are filled as well
   double voxel_size_m = 1.0;      ///< .3dmap: edge of one cell
 };
 

@@ -241,8 +241,9 @@ std::vector<Eigen::Vector3d> load_pcd(const std::filesystem::path& file) {
   fail_header(file, "DATA is none of ascii, binary, binary_compressed");
 }
 
-TriangleMesh mesh_of_points(const std::vector<Eigen::Vector3d>& points_m, double point_size_m,
+TriangleMesh mesh_of_points(const std::vector<Eigen::Vector3d>& points_m, const WorldOptions& options,
                             const std::filesystem::path& file) {
+  const double point_size_m = options.point_size_m;
   SolidVoxels solid;
   solid.reserve(points_m.size());
   const double per_m = 1.0 / point_size_m;  // as OctoMap computes it, so that both put a point into the same voxel
@@ -263,6 +264,7 @@ TriangleMesh mesh_of_points(const std::vector<Eigen::Vector3d>& points_m, double
   if (solid.added() == 0) {
     fail_input(file, "holds no usable point (none at all, or all NaN); nothing to explore");
   }
+  if (options.close_gaps) solid.close_gaps();
   return solid.exposed_faces(Eigen::Vector3d::Constant(point_size_m));
 }
 

@@ -29,8 +29,8 @@ TriangleMesh load_sdf(const std::filesystem::path& file);
 TriangleMesh load_octomap(const std::filesystem::path& file);
 /// Points of a .pcd file, some may be NaN.
 std::vector<Eigen::Vector3d> load_pcd(const std::filesystem::path& file);
-/// The faces of the voxels that hold a point.
-TriangleMesh mesh_of_points(const std::vector<Eigen::Vector3d>& points_m, double point_size_m,
+/// The faces of the voxels that hold a point, and of the gaps between them where the options say so.
+TriangleMesh mesh_of_points(const std::vector<Eigen::Vector3d>& points_m, const WorldOptions& options,
                             const std::filesystem::path& file);
 TriangleMesh load_image_map(const std::filesystem::path& file, double extrude_height_m);
 TriangleMesh load_voxel3dmap(const std::filesystem::path& file, double voxel_size_m);

@@ -123,6 +123,24 @@ void SolidVoxels::settle() {
   keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
 }
 
+void SolidVoxels::close_gaps() {
+  settle();
+  std::vector<std::uint64_t> between;
+  for (const unsigned shift : kShift) {
+    const std::uint64_t step = std::uint64_t{1} << shift;
+    std::size_t near = 0;
+    std::size_t far = 0;
+    for (const std::uint64_t key : keys_) {
+      while (near < keys_.size() && keys_[near] < key + step) ++near;
+      while (far < keys_.size() && keys_[far] < key + 2 * step) ++far;
+      const bool filled = near < keys_.size() && keys_[near] == key + step;
+      if (!filled && far < keys_.size() && keys_[far] == key + 2 * step) between.push_back(key + step);
+    }
+  }
+  keys_.insert(keys_.end(), between.begin(), between.end());
+  settle();
+}
+
 TriangleMesh SolidVoxels::exposed_faces(const Eigen::Vector3d& edge_m) {
   settle();
   TriangleMesh mesh;

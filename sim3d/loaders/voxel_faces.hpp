@@ -31,6 +31,10 @@ class SolidVoxels {
   /// Sorts and removes duplicates; called by exposed_faces too.
   void settle();
 
+  /// Fills every cell that lies between two solid ones along an axis: the holes of a surface whose samples are a cell
+  /// apart.
+  void close_gaps();
+
   /// The faces between a solid cell and a cell that is not solid, outward winding, merged into rectangles.
   TriangleMesh exposed_faces(const Eigen::Vector3d& edge_m);
 

@@ -12,8 +12,10 @@
 #include <assimp/Importer.hpp>
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace stairwell::sim3d::test {
 
@@ -118,7 +120,7 @@ TEST_CASE("PCD files of all three encodings give the voxels of their points") {
     }
     const auto expected = triangle_list(faces_of_points(points_m, 0.2));
     const auto file = temporary("cloud.pcd");
-    const WorldOptions options{.point_size_m = 0.2};
+    const WorldOptions options{.point_size_m = 0.2, .close_gaps = false};
     pcl::PCDWriter writer;
     REQUIRE(writer.writeBinary(file.string(), cloud) == 0);
     CHECK(triangle_list(load_world(file, options).mesh) == expected);
@@ -141,6 +143,38 @@ TEST_CASE("a long run compresses to back references that overlap themselves") {
   CHECK(world.bounds.size_m() == Eigen::Vector3d(5, 1, 1));
 }
 
+TEST_CASE("voxels between two of a cloud's are filled along each axis, and no others") {
+  Rng rng = make_rng(7, "gaps");
+  std::set<std::array<int, 3>> cells;
+  for (int i = 0; i < 4000; ++i) cells.insert({rng.uniform_int(-9, 9), rng.uniform_int(-9, 9), rng.uniform_int(0, 18)});
+  std::set<std::array<int, 3>> closed = cells;
+  for (int x = -10; x <= 10; ++x)
+    for (int y = -10; y <= 10; ++y)
+      for (int z = -1; z <= 19; ++z)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          std::array<int, 3> before{x, y, z};
+          std::array<int, 3> after = before;
+          --before[axis];
+          ++after[axis];
+          if (cells.contains(before) && cells.contains(after)) closed.insert({x, y, z});
+        }
+  REQUIRE(closed.size() > cells.size());
+  const auto centers = [](const std::set<std::array<int, 3>>& all) {
+    std::vector<Eigen::Vector3f> points_m;
+    for (const auto& [x, y, z] : all)
+      points_m.emplace_back((Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) +
+                             Eigen::Vector3f::Constant(0.5F)) *
+                            0.5F);
+    return points_m;
+  };
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (const Eigen::Vector3f& point_m : centers(cells)) cloud.emplace_back(point_m.x(), point_m.y(), point_m.z());
+  const auto file = temporary("gaps.pcd");
+  REQUIRE(pcl::PCDWriter().writeBinary(file.string(), cloud) == 0);
+  CHECK(triangle_list(load_world(file, {.point_size_m = 0.5}).mesh) ==
+        triangle_list(faces_of_points(centers(closed), 0.5)));
+}
+
 TEST_CASE("a PLY file of points is a cloud") {
   Rng rng = make_rng(6, "ply points");
   const std::vector<Eigen::Vector3f> points_m = random_points(rng, 200);
@@ -152,7 +186,8 @@ TEST_CASE("a PLY file of points is a cloud") {
     text << "7 " << p.x() << ' ' << p.y() << ' ' << p.z() << "\r\n";
   }
   const auto file = write_text("points.ply", text.str());
-  CHECK(triangle_list(load_world(file, {.point_size_m = 0.25}).mesh) == triangle_list(faces_of_points(points_m, 0.25)));
+  CHECK(triangle_list(load_world(file, {.point_size_m = 0.25, .close_gaps = false}).mesh) ==
+        triangle_list(faces_of_points(points_m, 0.25)));
 }
 
 TEST_CASE("meshes saved and loaded again are the same") {
