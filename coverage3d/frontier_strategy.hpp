@@ -127,9 +127,9 @@ class FrontierStrategy : public CoverageStrategy {
                              std::vector<Stop> stops) const;
   std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew, const std::vector<Stop>& unseen,
                               const std::vector<Stop>& seen) const;
-  void close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+  void close_done_parts(const planning3d::FreeSpace& space, const AssignmentRequest& request,
                         const std::vector<Stop>& stops, const std::vector<Stop>& unseen) const;
-  static bool answers_for(const AssignmentRequest& request, std::size_t cell);
+  static bool answers_for(const AssignmentRequest& request, std::size_t part);
   static bool take_over(const AssignmentRequest& request);
   void remember(const Goal& goal, const std::vector<VoxelIndex>& cells);
   std::vector<Stop> nearest_stops(const AssignmentRequest& request, const Crew& crew,

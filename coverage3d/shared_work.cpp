@@ -14,8 +14,8 @@ constexpr double kBlind_m = 2.0;     // ... with no more than so much unknown sp
 constexpr std::size_t kSampled = 6;  // voxels of a cluster that are asked for
 
 constexpr double kLinkStep_m = 0.5;
-constexpr double kLinkStepsPerCell = 10.0;
-constexpr double kDone = 0.1;      // a cell is done when less of it is unknown and can be got at
+constexpr double kLinkStepsPerPart = 5.0;
+constexpr double kDone = 0.25;     // a part of a cell is done when less of it is unknown and can be got at
 constexpr double kAsGood_s = 1.5;  // ways to the own cells that are no more than this longer than the best
 
 /// Whether somebody there has probably seen it, as far as this map can tell.
@@ -45,11 +45,11 @@ bool seen_from(const mapping::OccupancyMap& map, const SensorModel& sensor, cons
   return true;
 }
 
-/// Share of each cell of the board that is unknown and linked, through the unknown, with one of these places; on a
+/// Share of each part of the board that is unknown and linked, through the unknown, with one of these places; on a
 /// coarse lattice in `box`.
 std::vector<double> linked_unknown(const mapping::OccupancyMap& map, const Aabb& box, const TaskBoard& tasks,
                                    const std::vector<Eigen::Vector3d>& places_m) {
-  const GridSpec lattice(box, std::max(kLinkStep_m, tasks.edge_m().maxCoeff() / kLinkStepsPerCell));
+  const GridSpec lattice(box, std::max(kLinkStep_m, tasks.part_edge_m().maxCoeff() / kLinkStepsPerPart));
   std::vector<bool> reached(lattice.voxel_count(), false);
   std::vector<VoxelIndex> queue;
   const auto enter = [&](const VoxelIndex& v) {
@@ -70,14 +70,14 @@ std::vector<double> linked_unknown(const mapping::OccupancyMap& map, const Aabb&
       enter(v + VoxelIndex{0, 0, side});
     }
   }
-  std::vector<double> linked(tasks.size(), 0.0);
-  std::vector<double> all(tasks.size(), 1e-9);
+  std::vector<double> linked(tasks.parts(), 0.0);
+  std::vector<double> all(tasks.parts(), 1e-9);
   for (std::size_t i = 0; i < reached.size(); ++i) {
-    const std::size_t cell = tasks.cell_at(lattice.center_of(lattice.voxel(i)));
-    all[cell] += 1.0;
-    linked[cell] += reached[i] ? 1.0 : 0.0;
+    const std::size_t part = tasks.part_at(lattice.center_of(lattice.voxel(i)));
+    all[part] += 1.0;
+    linked[part] += reached[i] ? 1.0 : 0.0;
   }
-  for (std::size_t cell = 0; cell < linked.size(); ++cell) linked[cell] /= all[cell];
+  for (std::size_t part = 0; part < linked.size(); ++part) linked[part] /= all[part];
   return linked;
 }
 
@@ -94,52 +94,56 @@ std::unique_ptr<CoverageStrategy> FrontierStrategy::copy_to(std::unique_ptr<Fron
   return copy;
 }
 
-bool FrontierStrategy::answers_for(const AssignmentRequest& request, std::size_t cell) {
-  const std::size_t owner = request.tasks->owner(cell);
-  return request.tasks->open(cell) && owner < request.uavs.size() && request.uavs[owner].shares_map;
+bool FrontierStrategy::answers_for(const AssignmentRequest& request, std::size_t part) {
+  const std::size_t owner = request.tasks->owner(request.tasks->cell_of(part));
+  return request.tasks->part_open(part) && owner < request.uavs.size() && request.uavs[owner].shares_map;
 }
 
-/// Cells of these UAVs that hold nothing to visit and hardly anything unknown that something to visit leads to.
-void FrontierStrategy::close_done_cells(const planning3d::FreeSpace& space, const AssignmentRequest& request,
+/// Parts of cells that hold nothing to visit and hardly anything unknown that something to visit leads to, whoever
+/// answers for them.
+void FrontierStrategy::close_done_parts(const planning3d::FreeSpace& space, const AssignmentRequest& request,
                                         const std::vector<Stop>& stops, const std::vector<Stop>& unseen) const {
   TaskBoard& tasks = *request.tasks;
-  std::vector<bool> busy(tasks.size(), false);
+  std::vector<bool> busy(tasks.parts(), false);
   std::vector<Eigen::Vector3d> leads_m;
   const auto lead = [&](const FrontierCluster& cluster) {
     for (const VoxelIndex& v : cluster.cells) leads_m.push_back(space.grid().center_of(v));
   };
   for (const Stop& stop : stops) lead(*stop.cluster);
-  for (const Stop& stop : unseen) busy[tasks.cell_at(stop.cluster->center_m)] = true;
+  for (const Stop& stop : unseen) busy[tasks.part_at(stop.cluster->center_m)] = true;
   for (const auto& [id, cluster] : finder_->clusters()) {
     const bool counts = finish_ ? finish_->counts(id) : finder_->worth_a_visit(cluster);
     if (!counts || !book_.undecided(id)) continue;
     lead(cluster);
-    busy[tasks.cell_at(cluster.center_m)] = true;
+    busy[tasks.part_at(cluster.center_m)] = true;
   }
   const std::vector<double> linked = linked_unknown(space.map(), finder_->config().box, tasks, leads_m);
-  for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
-    if (!busy[cell] && linked[cell] < kDone && answers_for(request, cell)) tasks.close(cell);
+  const auto shares_map = [&](std::size_t uav) { return uav < request.uavs.size() && request.uavs[uav].shares_map; };
+  const auto speaker = std::ranges::find_if(request.uavs, &UavView::shares_map) - request.uavs.begin();
+  for (std::size_t part = 0; part < tasks.parts(); ++part) {
+    if (!busy[part] && linked[part] < kDone) tasks.close_part(part, static_cast<std::size_t>(speaker));
+    if (busy[part] && shares_map(tasks.closer(part))) tasks.reopen_part(part);
   }
 }
 
-/// What the UAVs that share this map have to visit of these: what is in their cells; or else what leads to their cells
-/// best; or else what others have probably seen.
+/// What the UAVs that share this map have to visit of these: what nobody has said is done; or else what leads to their
+/// cells best, also if others have probably seen it.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
                                                                 const std::vector<Stop>& unseen,
                                                                 const std::vector<Stop>& seen) const {
   const TaskBoard& tasks = *request.tasks;
   std::vector<Stop> own;
   for (const Stop& stop : unseen) {
-    if (answers_for(request, tasks.cell_at(stop.cluster->center_m))) own.push_back(stop);
+    if (tasks.part_open(tasks.part_at(stop.cluster->center_m))) own.push_back(stop);
   }
   if (!own.empty()) return own;
   std::vector<std::pair<double, const Stop*>> leading;
   for (const std::vector<Stop>* stops : {&unseen, &seen}) {
     for (const Stop& stop : *stops) {
       double beyond_m = std::numeric_limits<double>::infinity();
-      for (std::size_t cell = 0; cell < tasks.size(); ++cell) {
-        if (answers_for(request, cell))
-          beyond_m = std::min(beyond_m, (tasks.center_m(cell) - stop.cluster->center_m).norm());
+      for (std::size_t part = 0; part < tasks.parts(); ++part) {
+        if (answers_for(request, part))
+          beyond_m = std::min(beyond_m, (tasks.part_center_m(part) - stop.cluster->center_m).norm());
       }
       leading.emplace_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps, &stop);
     }
@@ -179,7 +183,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::own_work(const planning3d:
     const bool by_others = seen_from(space.map(), config_.sensor, *stop.cluster, request.passed_m);
     (by_others ? seen : unseen).push_back(stop);
   }
-  close_done_cells(space, request, stops, unseen);
+  close_done_parts(space, request, stops, unseen);
   if (std::ranges::all_of(request.uavs, &UavView::shares_map)) return stops;
   std::vector<Stop> work = own_stops(request, crew, unseen, seen);
   if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen, seen);

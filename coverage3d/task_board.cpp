@@ -13,45 +13,86 @@ namespace {
 
 constexpr double kEdge_m = 5.0;
 constexpr std::size_t kMostCells = 64;
+constexpr double kLeastHalved_m = 4.0;  // a shorter edge of a cell is not halved
 
 }  // namespace
 
-TaskBoard::TaskBoard(const Aabb& box, double speed_mps) : box_(box), speed_mps_(speed_mps) {
+TaskBoard::TaskBoard(const Aabb& box, double speed_mps) : speed_mps_(speed_mps) {
+  coarse_.min_m = box.min_m;
   for (double edge_m = kEdge_m;; edge_m *= 1.1) {
-    std::size_t all = 1;
     for (int axis = 0; axis < 3; ++axis) {
-      auto& count = count_[static_cast<std::size_t>(axis)];
+      auto& count = coarse_.count[static_cast<std::size_t>(axis)];
       count = static_cast<std::size_t>(std::max(1.0, std::round(box.size_m()[axis] / edge_m)));
-      edge_m_[axis] = box.size_m()[axis] / static_cast<double>(count);
-      all *= count;
+      coarse_.edge_m[axis] = box.size_m()[axis] / static_cast<double>(count);
     }
-    if (all > kMostCells) continue;
-    cells_.assign(all, {});
-    return;
+    if (coarse_.size() <= kMostCells) break;
+  }
+  fine_ = coarse_;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (coarse_.edge_m[axis] < kLeastHalved_m) continue;
+    fine_.count[static_cast<std::size_t>(axis)] *= 2;
+    fine_.edge_m[axis] /= 2.0;
+  }
+  cells_.resize(coarse_.size());
+  parts_.assign(fine_.size(), kNobody);
+  count_open_parts();
+}
+
+std::size_t TaskBoard::Tiling::at(const Eigen::Vector3d& point_m) const {
+  std::array<std::size_t, 3> tile{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto most = static_cast<double>(count[static_cast<std::size_t>(axis)]) - 1.0;
+    const double place = std::floor((point_m[axis] - min_m[axis]) / edge_m[axis]);
+    tile[static_cast<std::size_t>(axis)] = static_cast<std::size_t>(std::clamp(place, 0.0, most));
+  }
+  return (tile[2] * count[1] + tile[1]) * count[0] + tile[0];
+}
+
+Eigen::Vector3d TaskBoard::Tiling::center_m(std::size_t tile) const {
+  const Eigen::Vector3d at(static_cast<double>(tile % count[0]), static_cast<double>(tile / count[0] % count[1]),
+                           static_cast<double>(tile / (count[0] * count[1])));
+  return min_m + (at + Eigen::Vector3d::Constant(0.5)).cwiseProduct(edge_m);
+}
+
+void TaskBoard::count_open_parts() {
+  for (Cell& cell : cells_) {
+    cell.open_parts = 0;
+    cell.open_sum_m.setZero();
+  }
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    if (!part_open(part)) continue;
+    Cell& cell = cells_[cell_of(part)];
+    ++cell.open_parts;
+    cell.open_sum_m += part_center_m(part);
   }
 }
 
-std::size_t TaskBoard::cell_at(const Eigen::Vector3d& point_m) const {
-  std::array<std::size_t, 3> at{};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto count = count_[static_cast<std::size_t>(axis)];
-    const double place = std::floor((point_m[axis] - box_.min_m[axis]) / edge_m_[axis]);
-    at[static_cast<std::size_t>(axis)] =
-        static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(count) - 1.0));
-  }
-  return (at[2] * count_[1] + at[1]) * count_[0] + at[0];
+void TaskBoard::close_part(std::size_t part, std::size_t uav) {
+  if (!part_open(part)) return;
+  parts_[part] = uav;
+  Cell& cell = cells_[cell_of(part)];
+  --cell.open_parts;
+  cell.open_sum_m -= part_center_m(part);
+}
+
+void TaskBoard::reopen_part(std::size_t part) {
+  if (part_open(part)) return;
+  parts_[part] = kNobody;
+  Cell& cell = cells_[cell_of(part)];
+  ++cell.open_parts;
+  cell.open_sum_m += part_center_m(part);
 }
 
 Eigen::Vector3d TaskBoard::center_m(std::size_t cell) const {
-  const Eigen::Vector3d at(static_cast<double>(cell % count_[0]), static_cast<double>(cell / count_[0] % count_[1]),
-                           static_cast<double>(cell / (count_[0] * count_[1])));
-  return box_.min_m + (at + Eigen::Vector3d::Constant(0.5)).cwiseProduct(edge_m_);
+  const Cell& one = cells_[cell];
+  if (one.open_parts == 0) return coarse_.center_m(cell);
+  return one.open_sum_m / static_cast<double>(one.open_parts);
 }
 
 std::vector<std::size_t> TaskBoard::cells_of(std::size_t uav) const {
   std::vector<std::size_t> cells;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].open && cells_[i].owner == uav) cells.push_back(i);
+    if (open(i) && cells_[i].owner == uav) cells.push_back(i);
   }
   return cells;
 }
@@ -124,15 +165,19 @@ void TaskBoard::give_up(std::size_t uav) {
 }
 
 nlohmann::json TaskBoard::to_json() const {
-  nlohmann::json json = nlohmann::json::array();
-  for (const Cell& cell : cells_) json.push_back({cell.open, cell.owner});
-  return json;
+  nlohmann::json owners = nlohmann::json::array();
+  for (const Cell& cell : cells_) owners.push_back(cell.owner);
+  return {{"owners", owners}, {"closed_by", parts_}};
 }
 
 void TaskBoard::from_json(const nlohmann::json& json) {
-  if (json.size() != cells_.size()) throw InputError("the saved task list is of another task box");
-  for (std::size_t i = 0; i < cells_.size(); ++i)
-    cells_[i] = {json.at(i).at(0).get<bool>(), json.at(i).at(1).get<std::size_t>()};
+  const auto closed_by = json.at("closed_by").get<std::vector<std::size_t>>();
+  const auto owners = json.at("owners").get<std::vector<std::size_t>>();
+  if (owners.size() != cells_.size() || closed_by.size() != parts_.size())
+    throw InputError("the saved task list is of another task box");
+  parts_ = closed_by;
+  for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i].owner = owners[i];
+  count_open_parts();
 }
 
 }  // namespace stairwell::coverage3d

@@ -14,9 +14,9 @@
 namespace stairwell::coverage3d {
 
 /// The task lists that UAVs tell each other at any distance: the cells of the task box that are still to be explored,
-/// and who answers for each. No map is told: whether a cell is done is for the UAV that answers for it to say, from
-/// what its own map holds. Cells change hands among UAVs that meet, or when one that has nothing left to do announces
-/// that it takes some of another's.
+/// who answers for each, and which parts of them (halves along each long enough edge) are done. No map is told: a part
+/// is done when some UAV says so, from what its own map holds. Cells change hands among UAVs that meet, or when one
+/// that has nothing left to do announces that it takes some of another's.
 class TaskBoard {
  public:
   static constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
@@ -31,13 +31,27 @@ class TaskBoard {
   explicit TaskBoard(const Aabb& box, double speed_mps);
 
   std::size_t size() const { return cells_.size(); }
-  const Eigen::Vector3d& edge_m() const { return edge_m_; }
+  /// Of a part.
+  const Eigen::Vector3d& part_edge_m() const { return fine_.edge_m; }
   /// Points outside belong to the nearest cell.
-  std::size_t cell_at(const Eigen::Vector3d& point_m) const;
+  std::size_t cell_at(const Eigen::Vector3d& point_m) const { return coarse_.at(point_m); }
+  /// Of what is to be explored of it; of all of it when it is done.
   Eigen::Vector3d center_m(std::size_t cell) const;
-  bool open(std::size_t cell) const { return cells_[cell].open; }
+  /// Whether some part of it is to be explored.
+  bool open(std::size_t cell) const { return cells_[cell].open_parts > 0; }
   std::size_t owner(std::size_t cell) const { return cells_[cell].owner; }
-  void close(std::size_t cell) { cells_[cell].open = false; }
+
+  std::size_t parts() const { return parts_.size(); }
+  /// Points outside belong to the nearest part.
+  std::size_t part_at(const Eigen::Vector3d& point_m) const { return fine_.at(point_m); }
+  Eigen::Vector3d part_center_m(std::size_t part) const { return fine_.center_m(part); }
+  std::size_t cell_of(std::size_t part) const { return coarse_.at(fine_.center_m(part)); }
+  bool part_open(std::size_t part) const { return parts_[part] == kNobody; }
+  /// Who said that it is done; kNobody while it is open.
+  std::size_t closer(std::size_t part) const { return parts_[part]; }
+  void close_part(std::size_t part, std::size_t uav);
+  /// It was not done after all.
+  void reopen_part(std::size_t part);
 
   /// UAVs that part share out what any of them answers for, and what nobody does, by tours of like length.
   void share(const std::vector<Worker>& workers);
@@ -54,19 +68,30 @@ class TaskBoard {
 
  private:
   struct Cell {
-    bool open = true;
+    std::size_t open_parts = 0;
+    Eigen::Vector3d open_sum_m = Eigen::Vector3d::Zero();  ///< of the centres of those
     std::size_t owner = kNobody;
   };
+  /// Equal boxes that tile a box.
+  struct Tiling {
+    Eigen::Vector3d min_m;
+    Eigen::Vector3d edge_m;
+    std::array<std::size_t, 3> count{1, 1, 1};
+    std::size_t size() const { return count[0] * count[1] * count[2]; }
+    std::size_t at(const Eigen::Vector3d& point_m) const;
+    Eigen::Vector3d center_m(std::size_t tile) const;
+  };
+  void count_open_parts();
   std::vector<std::size_t> cells_of(std::size_t uav) const;
   std::vector<std::vector<std::size_t>> tours(const std::vector<Worker>& workers,
                                               const std::vector<std::size_t>& cells) const;
   double tour_s(const Worker& worker, const std::vector<std::size_t>& cells) const;
 
-  Aabb box_;
   double speed_mps_;
-  std::array<std::size_t, 3> count_{1, 1, 1};
-  Eigen::Vector3d edge_m_;
+  Tiling coarse_;
+  Tiling fine_;
   std::vector<Cell> cells_;
+  std::vector<std::size_t> parts_;  ///< who closed each, kNobody while it is open
 };
 
 }  // namespace stairwell::coverage3d
