@@ -10,12 +10,11 @@
 namespace stairwell::coverage3d {
 namespace {
 
-constexpr double kPartialView_s = 4.0;      // price of a view that gains nothing of what the best one gains
-constexpr double kCommitment_s = 4.0;       // another goal must be this much better than the one under way, ...
-constexpr double kFewsCommitment_s = 10.0;  // ... or this much where hardly anybody else takes what is left behind, ...
-constexpr std::size_t kFew = 2;
-constexpr double kFewsCommitment_m = 4.0;  // ... and there what is near its target too, the less the farther
-constexpr double kStorey_m = 1.8;          // a climb of more than this ...
+constexpr double kPartialView_s = 4.0;           // price of a view that gains nothing of what the best one gains
+constexpr double kCommitment_s = 4.0;            // another goal must be this much better than the one under way, ...
+constexpr double kPanoramicCommitment_s = 10.0;  // ... or this much for a sensor that sees all round, ...
+constexpr double kPanoramicCommitment_m = 4.0;   // ... and there what is near its target too, the less the farther
+constexpr double kStorey_m = 1.8;                // a climb of more than this ...
 constexpr double kStoreyDetour = 1.2;  // ... by a way this much longer than the straight line is a change of storey ...
 constexpr double kStoreyChange_s = 6.0;  // ... which is put off while there is work near
 
@@ -40,7 +39,6 @@ FrontierStrategy::Crew FrontierStrategy::crew_of(const AssignmentRequest& reques
   for (std::size_t i = 0; i < request.uavs.size(); ++i) {
     const UavView& uav = request.uavs[i];
     if (!uav.placed) continue;
-    crew.sharing += uav.shares_map ? 1 : 0;
     crew.ways.push_back(crew.uavs.size());
     crew.uavs.push_back(i);
     crew.target_m.push_back(uav.wants_goal && uav.goal ? std::optional(uav.goal->target_m) : std::nullopt);
@@ -109,11 +107,11 @@ double FrontierStrategy::price_s(const Stop& stop, const Viewpoint& view) const 
 double FrontierStrategy::commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) const {
   if (!crew.target_m[vehicle]) return 0.0;
   const Eigen::Vector3d& target_m = *crew.target_m[vehicle];
-  const bool few = crew.sharing <= kFew && config_.sensor.panoramic();
-  if (belongs(*stop.cluster, target_m)) return few ? kFewsCommitment_s : kCommitment_s;
-  if (!few) return 0.0;
+  const bool panoramic = config_.sensor.panoramic();
+  if (belongs(*stop.cluster, target_m)) return panoramic ? kPanoramicCommitment_s : kCommitment_s;
+  if (!panoramic) return 0.0;
   const double off_m = std::min((stop.cluster->center_m - target_m).norm(), (stop.pose().position_m - target_m).norm());
-  return kFewsCommitment_s * std::max(0.0, 1.0 - off_m / kFewsCommitment_m);
+  return kPanoramicCommitment_s * std::max(0.0, 1.0 - off_m / kPanoramicCommitment_m);
 }
 
 }  // namespace stairwell::coverage3d

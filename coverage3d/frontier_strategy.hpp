@@ -53,7 +53,6 @@ class FrontierStrategy : public CoverageStrategy {
     std::vector<double> yaw_rad;
     std::vector<double> ready_s;
     std::vector<std::optional<Eigen::Vector3d>> target_m;  ///< what it is flying to see, while it may choose again
-    std::size_t sharing = 0;                               ///< how many of them share one map
   };
 
   FrontierStrategy(const CoverageConfig& config, bool views_at_layers);
