@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_strategy.hpp"
 
 #include "coverage3d/tour.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +89,7 @@ void FrontierStrategy::set_up(const planning3d::FreeSpace& space) {
 void FrontierStrategy::refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request) {
   if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
   set_up(space);
-  finder_->update(space.map());
+  finder_->update(space.map(), request.workers);
   if (finish_) finish_->update(space.map(), *finder_);
   if (!views_at_layers_ || !config_.layers_m.empty()) return;
   if (layers_->update(space.map(), finder_->changed_blocks())) book_.forget();
@@ -102,20 +103,28 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   const planning3d::MotionRule rule = motion_rule();
   const bool limited = !config_.slice && space.grid().box().volume_m3() > kLarge_m3;
   const double limit_m = limited ? kExactWay_m : std::numeric_limits<double>::infinity();
+  std::vector<std::size_t> near, far;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     CostSource& source = cost_sources_[k];
     const bool settled = !request.uavs[crew.uavs[k]].wants_goal && (source.start_m - crew.start_m[k]).norm() < 1e-6;
     if (settled && request.time_s - source.time_s < kCostsKept_s) continue;
     source.start_m = crew.start_m[k];
     source.time_s = request.time_s;
-    costs_[k].compute(space, crew.start_m[k], rule, limit_m, &lattice_);
-    const bool near = (source.far_start_m - crew.start_m[k]).norm() < kFarMoved_m;
-    if (!limited || (near && request.time_s - source.far_time_s < kFarKept_s)) continue;
+    near.push_back(k);
+    const bool beside = (source.far_start_m - crew.start_m[k]).norm() < kFarMoved_m;
+    if (!limited || (beside && request.time_s - source.far_time_s < kFarKept_s)) continue;
     source.far_start_m = crew.start_m[k];
     source.far_time_s = request.time_s;
-    regions_->update(lattice_);
-    costs_[k].estimate_beyond(*regions_);
+    far.push_back(k);
   }
+  if (near.empty()) return;
+  lattice_.update(space, rule);
+  if (!far.empty()) regions_->update(lattice_);
+  mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
+    costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
+  });
+  mapping::for_each_index(request.workers, far.size(),
+                          [&](std::size_t i) { costs_[far[i]].estimate_beyond(*regions_); });
 }
 
 bool FrontierStrategy::reachable(const VoxelIndex& v) const {
@@ -135,8 +144,10 @@ ViewpointPlaces FrontierStrategy::places(const AssignmentRequest& request) const
 std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, std::size_t& closed) const {
   std::vector<Stop> stops;
   closed = 0;
+  auto beside = finder_->clusters().begin();  // both are in the order of ids
   for (const auto& [id, target] : book_.targets()) {
-    const FrontierCluster& cluster = finder_->clusters().at(id);
+    while (beside->first < id) ++beside;
+    const FrontierCluster& cluster = beside->second;
     if (finish_ && !finish_->counts(id)) continue;
     // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
     const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
@@ -359,14 +370,14 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   const Crew crew = crew_of(request);
   compute_costs(space, request, crew);
   const ViewpointPlaces where = places(request);
-  book_.refresh(space, *finder_, where);
+  book_.refresh(space, *finder_, where, request.workers);
   std::function<bool(std::uint32_t)> counts;
   if (finish_) counts = [this](std::uint32_t cluster) { return finish_->counts(cluster); };
-  std::size_t pending = book_.look(space, *finder_, where, {}, counts);
+  std::size_t pending = book_.look(space, *finder_, where, {}, counts, request.workers);
   std::size_t closed = 0;
   std::vector<Stop> stops = open_stops(request.time_s, closed);
   while (stops.empty() && pending > 0) {  // before giving up, look at everything
-    pending = book_.look(space, *finder_, where, {}, counts);
+    pending = book_.look(space, *finder_, where, {}, counts, request.workers);
     stops = open_stops(request.time_s, closed);
   }
   assignment.open_targets = stops.size();

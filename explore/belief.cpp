@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "mapping/map_merge.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -88,6 +89,16 @@ std::size_t Belief::absorb(const Belief& other) {
   }
   winding_down = winding_down && other.winding_down;
   return mapping::merge_changes(other.map, told, map).sent;
+}
+
+void Belief::update(mapping::WorkerPool* workers) {
+  mapping::for_each_index(workers, 2, [this](std::size_t i) {
+    if (i == 0) {
+      blocked.update(map);
+    } else {
+      blocked_words.update(map);
+    }
+  });
 }
 
 bool Belief::has(std::size_t uav) const { return std::ranges::binary_search(members, uav); }
