@@ -17,9 +17,9 @@ constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
 constexpr double kCostsKept_s = 2.0;  // ways of a UAV that flies to its goal are measured again after this
 constexpr double kLarge_m3 = 5e4;     // in larger boxes long ways are ...
-constexpr double kExactWay_m = 40.0;  // ... exact up to this, and beyond estimated ...
-constexpr double kFarKept_s = 10.0;   // ... again after this ...
-constexpr double kFarMoved_m = 5.0;   // ... or after so much
+constexpr double kExactWay_m = 25.0;  // ... exact up to this, and beyond estimated ...
+constexpr double kFarKept_s = 30.0;   // ... again after this ...
+constexpr double kFarMoved_m = 15.0;  // ... or after so much
 constexpr double kUseful = 0.25;      // a goal is dropped when less of its cells is left
 constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
@@ -181,14 +181,15 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
   }
 }
 
+int FrontierStrategy::rank(const Stop& stop) const {
+  const double seen_m2 = finder_->deep(*stop.cluster) ? stop.cluster->area_m2 * stop.pose().seen_fraction : 0.0;
+  return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : kRest;
+}
+
 /// The stops that come first: of those with much in sight of a deep cluster, or else with some, or else of all. What is
 /// near is taken along.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& crew,
                                                                    const std::vector<Stop>& stops) const {
-  const auto rank = [&](const Stop& stop) {
-    const double seen_m2 = finder_->deep(*stop.cluster) ? stop.cluster->area_m2 * stop.pose().seen_fraction : 0.0;
-    return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : kRest;
-  };
   const double near_s = finish_ ? kTakenAlongInSlab_s : kTakenAlong_s;
   int least = kRest;
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
@@ -383,6 +384,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   assignment.open_targets = stops.size();
   assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
   assignment.open_targets += pending;
+  stops = near_ones(request, crew, std::move(stops));
   choose_poses(crew, stops);
   stops = own_work(space, request, crew, std::move(stops));
   prepare(request, stops);

@@ -131,12 +131,17 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) 
         const GridMove& move = kGridMoves[m];
         const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + offsets[m]);
         if (cells_[next] == 0) continue;
+        const float through = length + move.length;
+        const Parts& parts = parts_[next];
+        float* const there = lengths.data() + next * kMostParts;
+        bool shorter = false;
+        for (std::size_t i = 0; i < kMostParts && parts[i] != 0; ++i) shorter = shorter || through < there[i];
+        if (!shorter) continue;
         const std::uint64_t cells = touched(parts_[block][from % kMostParts], {move.x, move.y, move.z}) & cells_[next];
-        for (std::size_t i = 0; i < kMostParts && cells != 0 && parts_[next][i] != 0; ++i) {
-          float& there = lengths[next * kMostParts + i];
-          if ((parts_[next][i] & cells) == 0 || length + move.length >= there) continue;
-          there = length + move.length;
-          buckets[static_cast<std::uint32_t>(there) % 3].push_back(static_cast<std::uint32_t>(next * kMostParts + i));
+        for (std::size_t i = 0; i < kMostParts && cells != 0 && parts[i] != 0; ++i) {
+          if ((parts[i] & cells) == 0 || through >= there[i]) continue;
+          there[i] = through;
+          buckets[static_cast<std::uint32_t>(through) % 3].push_back(static_cast<std::uint32_t>(next * kMostParts + i));
         }
       }
     }
