@@ -174,7 +174,8 @@ void ReplayRecorder::write_frontiers(const mapping::OccupancyMap& map) {
   std::vector<std::uint64_t> now;
   for (const auto& [id, cluster] : finder_.clusters()) {
     for (const VoxelIndex& v : cluster.cells) {
-      now.push_back(frontier_cells_.cell({v.x / kFrontierCell, v.y / kFrontierCell, v.z / kFrontierCell}));
+      const std::uint64_t cell = frontier_cells_.cell({v.x / kFrontierCell, v.y / kFrontierCell, v.z / kFrontierCell});
+      if (now.empty() || now.back() != cell) now.push_back(cell);
     }
   }
   std::ranges::sort(now);

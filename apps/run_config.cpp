@@ -73,6 +73,11 @@ void apply_samples(RunConfig& config, const std::string& text) {
   config.fleet.sensor.samples_per_scan = static_cast<int>(samples);
 }
 
+int parse_threads(const std::string& text) {
+  constexpr std::uint64_t kMost = 1'000'000;  // more than the fleet takes, and an int
+  return static_cast<int>(std::min(parse_count(text), kMost));
+}
+
 const std::vector<Entry>& task_entries() {
   static const std::vector<Entry> entries = {
       {{"world", "", "FILE", "world file"}, "", [](RunConfig& c, const std::string& t) { c.world = t; }},
@@ -267,6 +272,9 @@ const std::vector<Entry>& run_entries() {
       {{"seed", "--seed", "S", "seed of everything random"},
        "1",
        [](RunConfig& c, const std::string& t) { c.fleet.seed = parse_count(t); }},
+      {{"threads", "--threads", "N", "that work on the run; what comes of it is the same with any number"},
+       "1",
+       [](RunConfig& c, const std::string& t) { c.fleet.threads = parse_threads(t); }},
       {{"time_limit_s", "--time-limit", "S", "simulated time after which the run ends"},
        "1800",
        number([](RunConfig& c) -> double& { return c.fleet.time_limit_s; })},

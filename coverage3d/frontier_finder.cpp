@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_finder.hpp"
 
 #include "core/errors.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -164,9 +165,8 @@ void FrontierFinder::store_split(std::vector<std::uint32_t> patches) {
     most = std::max(most, along + half);
   }
   if ((most - least) * grid_.resolution_m() <= config_.split_size_m) return store(std::move(patches));
-  const auto middle = std::stable_partition(patches.begin(), patches.end(), [&](std::uint32_t id) {
-    return axis.dot(patches_[id].center - mean) < 0.0;
-  });
+  const auto middle = std::stable_partition(
+      patches.begin(), patches.end(), [&](std::uint32_t id) { return axis.dot(patches_[id].center - mean) < 0.0; });
   std::vector<std::uint32_t> upper(middle, patches.end());
   patches.erase(middle, patches.end());
   if (patches.empty() || upper.empty()) return store(patches.empty() ? std::move(upper) : std::move(patches));
@@ -174,14 +174,17 @@ void FrontierFinder::store_split(std::vector<std::uint32_t> patches) {
   store_split(std::move(upper));
 }
 
-void FrontierFinder::update(const mapping::OccupancyMap& map) {
+void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
   changed_.clear();
   stored_.clear();
   map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
   revision_ = map.revision();
   FrontierPatches::Replaced replaced;
-  for (const VoxelIndex& block : blocks_to_examine())
-    patches_.replace(block, frontier_bits(map, box_, config_, block), replaced);
+  const std::vector<VoxelIndex> blocks = blocks_to_examine();
+  std::vector<BlockBits> bits(blocks.size());
+  mapping::for_each_index(workers, blocks.size(),
+                          [&](std::size_t i) { bits[i] = frontier_bits(map, box_, config_, blocks[i]); });
+  for (std::size_t i = 0; i < blocks.size(); ++i) patches_.replace(blocks[i], bits[i], replaced);
 
   std::vector<std::uint32_t> touched = std::move(replaced.bereaved);
   std::vector<std::uint32_t> beside;
@@ -196,11 +199,11 @@ void FrontierFinder::update(const mapping::OccupancyMap& map) {
     const std::uint32_t seed = loose[i];
     if (patches_[seed].cluster == kLoose) store_split(grow(seed, loose));
   }
-  for (const std::uint32_t id : stored_) {
-    const auto found = clusters_.find(id);
+  mapping::for_each_index(workers, stored_.size(), [&](std::size_t i) {
+    const auto found = clusters_.find(stored_[i]);
     if (found != clusters_.end() && worth_a_visit(found->second))
       found->second.pocket_m3 = pocket_behind_m3(map, found->second);
-  }
+  });
 }
 
 double FrontierFinder::pocket_behind_m3(const mapping::OccupancyMap& map, const FrontierCluster& cluster) const {

@@ -12,6 +12,10 @@
 #include <map>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::coverage3d {
 
 /// Frontier voxels that belong together.
@@ -33,8 +37,8 @@ class FrontierFinder {
   /// @throws InputError when the config has problems or the box does not meet the grid.
   FrontierFinder(const GridSpec& grid, const FrontierConfig& config);
 
-  /// @pre map.grid() is the grid given
-  void update(const mapping::OccupancyMap& map);
+  /// @param workers  may be null @pre map.grid() is the grid given
+  void update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers = nullptr);
 
   const FrontierConfig& config() const { return config_; }
   const mapping::VoxelBox& box() const { return box_; }

@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_strategy.hpp"
 
 #include "coverage3d/tour.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +17,9 @@ constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
 constexpr double kCostsKept_s = 2.0;  // ways of a UAV that flies to its goal are measured again after this
 constexpr double kLarge_m3 = 5e4;     // in larger boxes long ways are ...
-constexpr double kExactWay_m = 40.0;  // ... exact up to this, and beyond estimated ...
-constexpr double kFarKept_s = 10.0;   // ... again after this ...
-constexpr double kFarMoved_m = 5.0;   // ... or after so much
+constexpr double kExactWay_m = 25.0;  // ... exact up to this, and beyond estimated ...
+constexpr double kFarKept_s = 30.0;   // ... again after this ...
+constexpr double kFarMoved_m = 15.0;  // ... or after so much
 constexpr double kUseful = 0.25;      // a goal is dropped when less of its cells is left
 constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
@@ -88,7 +89,7 @@ void FrontierStrategy::set_up(const planning3d::FreeSpace& space) {
 void FrontierStrategy::refresh(const planning3d::FreeSpace& space, const AssignmentRequest& request) {
   if (!start_height_m_ && !request.uavs.empty()) start_height_m_ = request.uavs.front().position_m.z();
   set_up(space);
-  finder_->update(space.map());
+  finder_->update(space.map(), request.workers);
   if (finish_) finish_->update(space.map(), *finder_);
   if (!views_at_layers_ || !config_.layers_m.empty()) return;
   if (layers_->update(space.map(), finder_->changed_blocks())) book_.forget();
@@ -102,20 +103,28 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   const planning3d::MotionRule rule = motion_rule();
   const bool limited = !config_.slice && space.grid().box().volume_m3() > kLarge_m3;
   const double limit_m = limited ? kExactWay_m : std::numeric_limits<double>::infinity();
+  std::vector<std::size_t> near, far;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     CostSource& source = cost_sources_[k];
     const bool settled = !request.uavs[crew.uavs[k]].wants_goal && (source.start_m - crew.start_m[k]).norm() < 1e-6;
     if (settled && request.time_s - source.time_s < kCostsKept_s) continue;
     source.start_m = crew.start_m[k];
     source.time_s = request.time_s;
-    costs_[k].compute(space, crew.start_m[k], rule, limit_m, &lattice_);
-    const bool near = (source.far_start_m - crew.start_m[k]).norm() < kFarMoved_m;
-    if (!limited || (near && request.time_s - source.far_time_s < kFarKept_s)) continue;
+    near.push_back(k);
+    const bool beside = (source.far_start_m - crew.start_m[k]).norm() < kFarMoved_m;
+    if (!limited || (beside && request.time_s - source.far_time_s < kFarKept_s)) continue;
     source.far_start_m = crew.start_m[k];
     source.far_time_s = request.time_s;
-    regions_->update(lattice_);
-    costs_[k].estimate_beyond(*regions_);
+    far.push_back(k);
   }
+  if (near.empty()) return;
+  lattice_.update(space, rule);
+  if (!far.empty()) regions_->update(lattice_);
+  mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
+    costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
+  });
+  mapping::for_each_index(request.workers, far.size(),
+                          [&](std::size_t i) { costs_[far[i]].estimate_beyond(*regions_); });
 }
 
 bool FrontierStrategy::reachable(const VoxelIndex& v) const {
@@ -135,8 +144,10 @@ ViewpointPlaces FrontierStrategy::places(const AssignmentRequest& request) const
 std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, std::size_t& closed) const {
   std::vector<Stop> stops;
   closed = 0;
+  auto beside = finder_->clusters().begin();  // both are in the order of ids
   for (const auto& [id, target] : book_.targets()) {
-    const FrontierCluster& cluster = finder_->clusters().at(id);
+    while (beside->first < id) ++beside;
+    const FrontierCluster& cluster = beside->second;
     if (finish_ && !finish_->counts(id)) continue;
     // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
     const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
@@ -170,14 +181,15 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
   }
 }
 
+int FrontierStrategy::rank(const Stop& stop) const {
+  const double seen_m2 = finder_->deep(*stop.cluster) ? stop.cluster->area_m2 * stop.pose().seen_fraction : 0.0;
+  return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : kRest;
+}
+
 /// The stops that come first: of those with much in sight of a deep cluster, or else with some, or else of all. What is
 /// near is taken along.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& crew,
                                                                    const std::vector<Stop>& stops) const {
-  const auto rank = [&](const Stop& stop) {
-    const double seen_m2 = finder_->deep(*stop.cluster) ? stop.cluster->area_m2 * stop.pose().seen_fraction : 0.0;
-    return seen_m2 >= kMuch_m2 ? 0 : seen_m2 >= kSome_m2 ? 1 : kRest;
-  };
   const double near_s = finish_ ? kTakenAlongInSlab_s : kTakenAlong_s;
   int least = kRest;
   for (const Stop& stop : stops) least = std::min(least, rank(stop));
@@ -359,19 +371,20 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   const Crew crew = crew_of(request);
   compute_costs(space, request, crew);
   const ViewpointPlaces where = places(request);
-  book_.refresh(space, *finder_, where);
+  book_.refresh(space, *finder_, where, request.workers);
   std::function<bool(std::uint32_t)> counts;
   if (finish_) counts = [this](std::uint32_t cluster) { return finish_->counts(cluster); };
-  std::size_t pending = book_.look(space, *finder_, where, {}, counts);
+  std::size_t pending = book_.look(space, *finder_, where, {}, counts, request.workers);
   std::size_t closed = 0;
   std::vector<Stop> stops = open_stops(request.time_s, closed);
   while (stops.empty() && pending > 0) {  // before giving up, look at everything
-    pending = book_.look(space, *finder_, where, {}, counts);
+    pending = book_.look(space, *finder_, where, {}, counts, request.workers);
     stops = open_stops(request.time_s, closed);
   }
   assignment.open_targets = stops.size();
   assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
   assignment.open_targets += pending;
+  stops = near_ones(request, crew, std::move(stops));
   choose_poses(crew, stops);
   stops = own_work(space, request, crew, std::move(stops));
   prepare(request, stops);

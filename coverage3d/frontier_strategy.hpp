@@ -114,6 +114,8 @@ class FrontierStrategy : public CoverageStrategy {
   bool reachable(const VoxelIndex& v) const;
   ViewpointPlaces places(const AssignmentRequest& request) const;
   std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
+  std::vector<Stop> near_ones(const AssignmentRequest& request, const Crew& crew, std::vector<Stop> stops) const;
+  int rank(const Stop& stop) const;
   void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) const;

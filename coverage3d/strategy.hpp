@@ -16,6 +16,10 @@
 #include <string_view>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::coverage3d {
 
 /// Where a UAV should go and look.
@@ -51,7 +55,8 @@ struct AssignmentRequest {
   std::vector<UavView> uavs;
   /// Where UAVs whose scans are not in this map have been since: what they have probably seen comes last.
   std::vector<Eigen::Vector3d> passed_m;
-  TaskBoard* tasks = nullptr;  ///< what the UAVs tell each other they answer for; null: all share one map
+  mapping::WorkerPool* workers = nullptr;  ///< threads that may help; the answer is the same. Null: none
+  TaskBoard* tasks = nullptr;              ///< what the UAVs tell each other they answer for; null: all share one map
 };
 
 /// What a strategy decided.

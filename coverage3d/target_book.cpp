@@ -1,5 +1,7 @@
 #include "coverage3d/target_book.hpp"
 
+#include "mapping/worker_pool.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +12,9 @@ namespace stairwell::coverage3d {
 
 namespace {
 
-constexpr double kNearby_m = 2.0;  // changes farther away hardly open a view on a cluster that has none
-constexpr int kMostSearches = 3;   // thorough searches of one cluster
+constexpr double kNearby_m = 2.0;          // changes farther away hardly open a view on a cluster that has none
+constexpr int kMostSearches = 3;           // thorough searches of one cluster
+constexpr std::size_t kAskedAfter = 1000;  // targets asked in one update whether their views can still be got at
 
 /// Most of what was to be seen from there has become known.
 bool outdated(const mapping::OccupancyMap& map, const Viewpoint& view) {
@@ -20,35 +23,18 @@ bool outdated(const mapping::OccupancyMap& map, const Viewpoint& view) {
   return 2 * static_cast<std::size_t>(left) < view.seen_cells.size();
 }
 
-/// The clusters worth a visit, deep ones first: where the budget ends, the UAVs shall know what is around them.
-std::vector<std::uint32_t> nearest_first(const FrontierFinder& finder, const std::vector<Eigen::Vector3d>& uavs_m) {
-  std::vector<std::tuple<bool, double, std::uint32_t>> order;
-  for (const auto& [id, cluster] : finder.clusters()) {
-    if (!finder.worth_a_visit(cluster)) continue;
-    double nearest_m2 = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& at_m : uavs_m)
-      nearest_m2 = std::min(nearest_m2, (cluster.center_m - at_m).squaredNorm());
-    order.emplace_back(!finder.deep(cluster), nearest_m2, id);
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<std::uint32_t> ids;
-  ids.reserve(order.size());
-  for (const auto& entry : order) ids.push_back(std::get<2>(entry));
-  return ids;
-}
-
-/// Where blocks changed, in cells of a metre or a little more.
-class ChangedPlaces {
+/// Cells of a grid, some of them marked.
+class MarkedCells {
  public:
-  ChangedPlaces(const GridSpec& grid, const std::vector<mapping::VoxelBox>& changed)
-      : cell_voxels_(std::max(8, static_cast<int>(std::lround(1.0 / grid.resolution_m())))) {
+  MarkedCells(const GridSpec& grid, int cell_voxels) : cell_voxels_(cell_voxels) {
     for (std::size_t axis = 0; axis < 3; ++axis) cells_[axis] = grid.size()[axis] / cell_voxels_ + 1;
     marked_.assign(
         static_cast<std::size_t>(cells_[0]) * static_cast<std::size_t>(cells_[1]) * static_cast<std::size_t>(cells_[2]),
         false);
-    for (const mapping::VoxelBox& block : changed) {
-      visit(block, [this](std::size_t cell) { marked_[cell] = true; });
-    }
+  }
+
+  void mark(const mapping::VoxelBox& box) {
+    visit(box, [this](std::size_t cell) { marked_[cell] = true; });
   }
 
   bool any_in(const mapping::VoxelBox& box) const {
@@ -73,51 +59,75 @@ class ChangedPlaces {
   std::vector<bool> marked_;
 };
 
-}  // namespace
-
-/// Where the map changed: what was given up may be seen now, and what was to be gained may have been seen.
-void TargetBook::revise(const planning3d::FreeSpace& space, const FrontierFinder& finder) {
-  const GridSpec& grid = space.grid();
-  const ChangedPlaces changed(grid, finder.changed_blocks());
-  for (auto& [id, target] : targets_) {
-    const Aabb nearby = finder.clusters().at(id).bounds_m.inflated(kNearby_m);
-    if (!changed.any_in({grid.index_of(nearby.min_m), grid.index_of(nearby.max_m)})) continue;
-    for (Viewpoint& view : target.views) {
-      view.gain_m3 = sampler_.gain_m3(space.map(), view.position_m, view.yaw_rad);
+/// Where blocks changed, in cells of a metre or a little more, and in wide ones, which answer for most places.
+class ChangedPlaces {
+ public:
+  ChangedPlaces(const GridSpec& grid, const std::vector<mapping::VoxelBox>& changed)
+      : fine_(grid, std::max(8, static_cast<int>(std::lround(1.0 / grid.resolution_m())))),
+        wide_(grid, std::max(64, static_cast<int>(std::lround(8.0 / grid.resolution_m())))) {
+    for (const mapping::VoxelBox& block : changed) {
+      fine_.mark(block);
+      wide_.mark(block);
     }
-    if (target.views.empty()) look_again(target);
   }
-}
+
+  bool any_in(const mapping::VoxelBox& box) const { return wide_.any_in(box) && fine_.any_in(box); }
+
+ private:
+  MarkedCells fine_, wide_;
+};
+
+}  // namespace
 
 void TargetBook::look_again(Target& target) {
   target.fresh = false;
   target.searched = target.searches >= kMostSearches;
 }
 
+/// Where the map changed, what was given up may be seen now, and what was to be gained may have been seen. Places are
+/// lost anywhere, where ways close: of many targets, some are asked after in each update.
 void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder,
-                         const ViewpointPlaces& places) {
-  bequeath(finder);
-  revise(space, finder);
-  for (auto& [id, target] : targets_) {
-    const bool had_views = !target.views.empty();
+                         const ViewpointPlaces& places, mapping::WorkerPool* workers) {
+  const std::vector<Task> all = bequeath(finder);
+  const GridSpec& grid = space.grid();
+  const ChangedPlaces changed(grid, finder.changed_blocks());
+  const std::size_t turns = 1 + all.size() / kAskedAfter;
+  const std::size_t turn = ++refreshed_ % turns;
+  mapping::for_each_index(workers, all.size(), [&](std::size_t i) {
+    Target& target = *all[i].target;
+    const Aabb nearby = all[i].cluster->bounds_m.inflated(kNearby_m);
+    const bool changes = changed.any_in({grid.index_of(nearby.min_m), grid.index_of(nearby.max_m)});
+    if (changes && target.views.empty()) look_again(target);
+    if (target.views.empty() || (!changes && i % turns != turn)) return;
     std::erase_if(target.views, [&](const Viewpoint& view) {
-      return !space.traversable(view.voxel) || !places.reachable(view.voxel) || outdated(space.map(), view);
+      return !space.traversable(view.voxel) || !places.reachable(view.voxel) ||
+             (changes && outdated(space.map(), view));
     });
-    if (had_views && target.views.empty()) look_again(target);
-  }
+    if (target.views.empty()) look_again(target);
+    if (!changes) return;
+    for (Viewpoint& view : target.views) {
+      view.gain_m3 = sampler_.gain_m3(space.map(), view.position_m, view.yaw_rad);
+    }
+  });
 }
 
-void TargetBook::bequeath(const FrontierFinder& finder) {
+/// Takes the targets out whose clusters are gone. @returns the others
+std::vector<TargetBook::Task> TargetBook::bequeath(const FrontierFinder& finder) {
   heirlooms_.clear();
+  std::vector<Task> kept;
+  auto cluster = finder.clusters().begin();  // both are in the order of ids
   for (auto entry = targets_.begin(); entry != targets_.end();) {
-    if (finder.clusters().contains(entry->first)) {
+    while (cluster != finder.clusters().end() && cluster->first < entry->first) ++cluster;
+    Target& target = entry->second;
+    if (cluster != finder.clusters().end() && cluster->first == entry->first) {
+      kept.push_back({&target, &cluster->second});
       ++entry;
       continue;
     }
-    Target& gone = entry->second;
-    if (!gone.views.empty()) heirlooms_.push_back({gone.center_m, std::move(gone.views)});
+    if (!target.views.empty()) heirlooms_.push_back({target.center_m, std::move(target.views)});
     entry = targets_.erase(entry);
   }
+  return kept;
 }
 
 std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const {
@@ -130,44 +140,81 @@ std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space,
   return views.empty() ? views : sampler_.inherit(space, cluster, views);
 }
 
+bool TargetBook::undecided(const Target& target) { return !target.fresh || (target.views.empty() && !target.searched); }
+
 bool TargetBook::undecided(std::uint32_t cluster) const {
   const auto found = targets_.find(cluster);
-  if (found == targets_.end() || !found->second.fresh) return true;
-  return found->second.views.empty() && !found->second.searched;
+  return found == targets_.end() || undecided(found->second);
+}
+
+/// Of the clusters worth a visit; deep ones first: where the budget ends, the UAVs shall know what is around them.
+std::vector<TargetBook::Task> TargetBook::undecided_first_to_last(const FrontierFinder& finder,
+                                                                  const ViewpointPlaces& places,
+                                                                  const std::function<bool(std::uint32_t)>& counts) {
+  std::vector<std::tuple<bool, double, std::uint32_t, const FrontierCluster*>> order;
+  auto target = targets_.begin();  // both are in the order of ids
+  for (const auto& [id, cluster] : finder.clusters()) {
+    while (target != targets_.end() && target->first < id) ++target;
+    if (target != targets_.end() && target->first == id && !undecided(target->second)) continue;
+    if (!finder.worth_a_visit(cluster) || (counts && !counts(id))) continue;
+    double nearest_m2 = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& at_m : places.also_m)
+      nearest_m2 = std::min(nearest_m2, (cluster.center_m - at_m).squaredNorm());
+    order.emplace_back(!finder.deep(cluster), nearest_m2, id, &cluster);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Task> tasks;
+  tasks.reserve(order.size());
+  for (const auto& entry : order) tasks.push_back({&targets_[std::get<2>(entry)], std::get<3>(entry)});
+  return tasks;
+}
+
+void TargetBook::search(const planning3d::FreeSpace& space, const ViewpointPlaces& places, const Task& task) const {
+  task.target->views = sampler_.search(space, *task.cluster, places);
+  task.target->searched = true;
+  ++task.target->searches;
+  if (!task.target->views.empty() || places.layers_m.empty()) return;
+  ViewpointPlaces between = places;
+  between.only_between_layers = true;
+  task.target->views = sampler_.search(space, *task.cluster, between);
 }
 
 std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierFinder& finder,
                              const ViewpointPlaces& places, const Budget& budget,
-                             const std::function<bool(std::uint32_t)>& counts) {
+                             const std::function<bool(std::uint32_t)>& counts, mapping::WorkerPool* workers) {
+  const std::vector<Task> tasks = undecided_first_to_last(finder, places, counts);
   Budget left = budget;
+  std::vector<Task> sampled, inheriting;
   std::size_t pending = 0;
-  for (const std::uint32_t id : nearest_first(finder, places.also_m)) {
-    if (counts && !counts(id)) continue;
-    const FrontierCluster& cluster = finder.clusters().at(id);
-    Target& target = targets_[id];
-    if (!target.fresh) {
-      target.center_m = cluster.center_m;
-      if (left.samples-- <= 0) {
-        if (target.views.empty() && left.legacies-- > 0) target.views = inherited(space, cluster);
-        ++pending;
-        continue;
-      }
-      target.views = sampler_.sample(space, cluster, places);
-      target.fresh = true;
-    }
-    if (!target.views.empty() || target.searched) continue;
-    if (left.searches-- <= 0) {
-      ++pending;
+  for (const Task& task : tasks) {
+    if (task.target->fresh) continue;
+    task.target->center_m = task.cluster->center_m;
+    if (left.samples-- > 0) {
+      sampled.push_back(task);
       continue;
     }
-    target.views = sampler_.search(space, cluster, places);
-    target.searched = true;
-    ++target.searches;
-    if (!target.views.empty() || places.layers_m.empty()) continue;
-    ViewpointPlaces between = places;
-    between.only_between_layers = true;
-    target.views = sampler_.search(space, cluster, between);
+    if (task.target->views.empty() && left.legacies-- > 0) inheriting.push_back(task);
+    ++pending;
   }
+  mapping::for_each_index(workers, sampled.size() + inheriting.size(), [&](std::size_t i) {
+    if (i < sampled.size()) {
+      sampled[i].target->views = sampler_.sample(space, *sampled[i].cluster, places);
+      sampled[i].target->fresh = true;
+    } else {
+      const Task& task = inheriting[i - sampled.size()];
+      task.target->views = inherited(space, *task.cluster);
+    }
+  });
+  std::vector<Task> searched;
+  for (const Task& task : tasks) {
+    if (!task.target->fresh || !task.target->views.empty() || task.target->searched) continue;
+    if (left.searches-- > 0) {
+      searched.push_back(task);
+    } else {
+      ++pending;
+    }
+  }
+  mapping::for_each_index(workers, searched.size(), [&](std::size_t i) { search(space, places, searched[i]); });
   return pending;
 }
 

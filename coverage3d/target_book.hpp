@@ -10,6 +10,10 @@
 #include <map>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::coverage3d {
 
 /// Viewpoints of every frontier cluster that is worth a visit, kept while the cluster and its surroundings stay as
@@ -34,12 +38,15 @@ class TargetBook {
   explicit TargetBook(const ViewpointConfig& config) : sampler_(config) {}
 
   /// Drops what is gone and checks what is there; once per update of the finder.
-  void refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places);
+  /// @param workers  may be null, here and below
+  void refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
+               mapping::WorkerPool* workers);
   /// Looks for viewpoints of what has none.
   /// @param counts  clusters, by id, that are worth it; empty: all
   /// @returns clusters that are still to be looked at because the budget was used up
   std::size_t look(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
-                   const Budget& budget, const std::function<bool(std::uint32_t)>& counts = {});
+                   const Budget& budget, const std::function<bool(std::uint32_t)>& counts,
+                   mapping::WorkerPool* workers);
   /// Whether the cluster waits for being looked at.
   bool undecided(std::uint32_t cluster) const;
   const ViewpointSampler& sampler() const { return sampler_; }
@@ -48,13 +55,22 @@ class TargetBook {
   const std::map<std::uint32_t, Target>& targets() const { return targets_; }
 
  private:
-  void revise(const planning3d::FreeSpace& space, const FrontierFinder& finder);
+  /// A target to be looked for.
+  struct Task {
+    Target* target;
+    const FrontierCluster* cluster;
+  };
+  std::vector<Task> undecided_first_to_last(const FrontierFinder& finder, const ViewpointPlaces& places,
+                                            const std::function<bool(std::uint32_t)>& counts);
+  void search(const planning3d::FreeSpace& space, const ViewpointPlaces& places, const Task& task) const;
   static void look_again(Target& target);
-  void bequeath(const FrontierFinder& finder);
+  std::vector<Task> bequeath(const FrontierFinder& finder);
+  static bool undecided(const Target& target);
   std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
 
   ViewpointSampler sampler_;
   std::map<std::uint32_t, Target> targets_;
+  std::size_t refreshed_ = 0;  ///< times
   /// What was seen of clusters that were rebuilt since; a cluster changes its id with every voxel.
   struct Heirloom {
     Eigen::Vector3d center_m;

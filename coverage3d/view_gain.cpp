@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace stairwell::coverage3d {
@@ -20,6 +21,22 @@ constexpr double kCell_m = 0.4;  // of what is foreseen
 Eigen::Vector3d direction_of(double azimuth_rad, double up) {
   const double level = std::sqrt(1.0 - up * up);
   return {level * std::cos(azimuth_rad), level * std::sin(azimuth_rad), up};
+}
+
+/// How far along a ray every point surely lies in the box, whatever the rounding.
+double surely_within_m(const Aabb& box, const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction) {
+  constexpr double kRounding_m = 1e-6;
+  double reach_m = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double wall_m = direction[axis] > 0.0 ? box.max_m[axis] : box.min_m[axis];
+    if (!(std::abs(direction[axis]) > kRounding_m)) {
+      if (!(from_m[axis] > box.min_m[axis] + 1e3 * kRounding_m && from_m[axis] < box.max_m[axis] - 1e3 * kRounding_m))
+        return 0.0;
+      continue;
+    }
+    reach_m = std::min(reach_m, (wall_m - from_m[axis]) / direction[axis]);
+  }
+  return reach_m - 1e3 * kRounding_m;
 }
 
 }  // namespace
@@ -43,10 +60,11 @@ template <typename Each>
 void ViewGain::follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
                       double step_m, const Each& each) const {
   const double deepest_m = kDepthPart * config_.sensor.max_range_m;
+  const double within_m = surely_within_m(config_.box, from_m, direction);
   double depth_m = 0.0;
   for (double r_m = step_m; r_m < config_.sensor.max_range_m && depth_m < deepest_m; r_m += step_m) {
     const Eigen::Vector3d point_m = from_m + r_m * direction;
-    if (!config_.box.contains(point_m)) return;
+    if (r_m > within_m && !config_.box.contains(point_m)) return;
     const VoxelIndex v = map.grid().index_of(point_m);
     const Occupancy there = map.at(v);
     const bool unknown = there == Occupancy::kUnknown;
@@ -72,6 +90,7 @@ ViewGain::Panorama ViewGain::panorama(const mapping::OccupancyMap& map, const Ei
       follow(map, from_m, direction_of(2.0 * kPi * (sector + 0.5) / kSectors, up), step,
              [&](const VoxelIndex& v, double r_m, bool unknown) {
                if (foreseen != nullptr && foreseen->has(v)) return;
+               if (!unknown && !information_) return;
                const double part = unknown ? 1.0 : information_ ? information_->part_of_unknown(map.log_odds(v)) : 0.0;
                sum_m3 += part * r_m * r_m * step * solid_angle;
              });

@@ -67,6 +67,19 @@ bool height_allowed(const GridSpec& grid, const std::vector<VoxelIndex>& layers,
   return between ? nearest * grid.resolution_m() > 0.5 : nearest == 0;
 }
 
+/// Those equally near stay in their order.
+void sort_by_distance(const GridSpec& grid, const Eigen::Vector3d& from_m, std::vector<VoxelIndex>& voxels) {
+  std::vector<std::pair<double, std::size_t>> order;
+  order.reserve(voxels.size());
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    order.emplace_back((grid.center_of(voxels[i]) - from_m).squaredNorm(), i);
+  std::sort(order.begin(), order.end());
+  std::vector<VoxelIndex> sorted;
+  sorted.reserve(voxels.size());
+  for (const auto& entry : order) sorted.push_back(voxels[entry.second]);
+  voxels = std::move(sorted);
+}
+
 ViewGainConfig gain_config(const ViewpointConfig& config) {
   return {config.sensor, config.box, config.gain, config.occupancy};
 }
@@ -225,15 +238,18 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
   std::vector<Viewpoint> judged;
   for (const auto& [rank, i] : ranked) {
     Viewpoint view = judge(space.map(), candidates[i], targets);
-    if (view.seen_cells.empty()) continue;
-    turn_to_most(space.map(), view);
-    judged.push_back(std::move(view));
+    if (!view.seen_cells.empty()) judged.push_back(std::move(view));
   }
+  const auto drop_poor_ones = [&judged] {
+    double most_seen = 0.0;
+    for (const Viewpoint& view : judged) most_seen = std::max(most_seen, view.seen_fraction);
+    std::erase_if(judged, [&](const Viewpoint& view) { return view.seen_fraction < kLeastSeen * most_seen; });
+  };
+  if (config_.sensor.panoramic()) drop_poor_ones();  // turning changes nothing of what is seen
+  for (Viewpoint& view : judged) turn_to_most(space.map(), view);
+  if (!config_.sensor.panoramic()) drop_poor_ones();
   std::stable_sort(judged.begin(), judged.end(),
                    [](const Viewpoint& a, const Viewpoint& b) { return a.gain_m3 > b.gain_m3; });
-  double most_seen = 0.0;
-  for (const Viewpoint& view : judged) most_seen = std::max(most_seen, view.seen_fraction);
-  std::erase_if(judged, [&](const Viewpoint& view) { return view.seen_fraction < kLeastSeen * most_seen; });
   std::vector<Viewpoint> kept;
   for (Viewpoint& view : judged) {
     if (kept.size() >= static_cast<std::size_t>(config_.keep)) break;
@@ -312,10 +328,7 @@ std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& spa
         if (space.traversable({x, y, z}) && places.reachable({x, y, z})) all.push_back({x, y, z});
   }
   if (all.size() > kSearched) {  // half of them the nearest, half from anywhere
-    std::stable_sort(all.begin(), all.end(), [&](const VoxelIndex& a, const VoxelIndex& b) {
-      return (grid.center_of(a) - cluster.center_m).squaredNorm() <
-             (grid.center_of(b) - cluster.center_m).squaredNorm();
-    });
+    sort_by_distance(grid, cluster.center_m, all);
     Rng rng = make_rng(config_.seed + cluster.id, "viewpoint search");
     for (std::size_t i = kSearched / 2; i < kSearched; ++i)
       std::swap(all[i],

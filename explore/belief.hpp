@@ -16,6 +16,10 @@
 #include <string>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::explore {
 
 /// What UAVs that are in touch with each other (directly, or through others) know: their map and everything derived
@@ -30,11 +34,8 @@ struct Belief {
   /// Takes over what `other` knows and this does not. Members stay as they are.
   /// @returns voxels told
   std::size_t absorb(const Belief& other);
-  /// Brings what is derived from the map up to date with it.
-  void update() {
-    blocked.update(map);
-    blocked_words.update(map);
-  }
+  /// Brings what is derived from the map up to date with it. @param workers  may be null
+  void update(mapping::WorkerPool* workers);
   planning3d::FreeSpace space() const { return {map, blocked, config->robot, config->task_box, &blocked_words}; }
   bool has(std::size_t uav) const;
   /// Notes where an absent UAV is, as it tells everybody.

@@ -70,16 +70,18 @@ const char* to_string(Phase phase) {
 Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, ExplorationLog& exploration_log,
                   std::function<double()> clock, const Radio* link)
     : config(usable(fleet_config)),
+      pool(config.threads > 1 ? std::make_unique<mapping::WorkerPool>(config.threads) : nullptr),
       log(exploration_log),
       clock_s(std::move(clock)),
       radio(link),
       tasks(fleet_config.task_box, fleet_config.limits.speed_mps),
-      integrator(mapping::ScanIntegrator::Config{fleet_config.discretize}),
+      integrator(mapping::ScanIntegrator::Config{fleet_config.discretize, fleet_config.threads}),
       pipeline(fleet_config.cloud),
       pilot(fleet_config),
       avoider(fleet_config, 1.0 / fleet_config.sensor.rate_hz),
       tick_s(1.0 / fleet_config.sensor.rate_hz) {
   if (doors.empty()) throw InputError("a fleet needs at least one UAV");
+  drafts.resize(doors.size());
   beliefs.push_back(std::make_unique<Belief>(config, next_belief_id++));
   for (std::size_t i = 0; i < doors.size(); ++i) {
     Uav uav;
@@ -121,22 +123,32 @@ bool Fleet::Impl::step() {
 }
 
 void Fleet::Impl::sense() {
-  for (Uav& uav : uavs) {
-    if (!uav.lost_s) sense_one(uav);
+  std::vector<std::size_t> sensing;
+  for (const Uav& uav : uavs) {
+    if (!uav.lost_s) sensing.push_back(uav.id);
   }
-  for (const auto& belief : beliefs) belief->update();
+  std::vector<Sensed> sensed(sensing.size());
+  mapping::for_each_index(pool.get(), sensing.size(), [&](std::size_t i) { sensed[i] = sense_one(uavs[sensing[i]]); });
+  for (std::size_t i = 0; i < sensing.size(); ++i) {
+    mapping::OccupancyMap& map = uavs[sensing[i]].belief->map;
+    const double before_s = clock_s();
+    integrator.integrate(sensed[i].scan, map);
+    stats.integrate_ms.push_back((sensed[i].filter_s + clock_s() - before_s) * 1e3);
+    log.on_scan(now_s(), sensing[i], map);
+  }
+  for (const auto& belief : beliefs) belief->update(pool.get());
 }
 
-void Fleet::Impl::sense_one(Uav& uav) {
+Fleet::Impl::Sensed Fleet::Impl::sense_one(const Uav& uav) const {
   const MotionState state = uav.vehicle->state();
   const Scan raw = uav.sensor->capture(make_pose(state.position_m, state.yaw_rad), now_s());
   std::vector<Eigen::Vector3d> fellows_m;
   for (const Uav* fellow : fellows_of(uav)) fellows_m.push_back(fellow->vehicle->state().position_m);
   const double before_s = clock_s();
-  const Scan scan = pipeline.filter(raw, fellows_m);
-  integrator.integrate(scan, uav.belief->map);
-  stats.integrate_ms.push_back((clock_s() - before_s) * 1e3);
-  log.on_scan(now_s(), uav.id, uav.belief->map);
+  Sensed sensed;
+  sensed.scan = pipeline.filter(raw, fellows_m);
+  sensed.filter_s = clock_s() - before_s;
+  return sensed;
 }
 
 std::vector<const Uav*> Fleet::Impl::fellows_of(const Uav& uav) const {
@@ -154,6 +166,7 @@ void Fleet::Impl::enter(Uav& uav, Phase phase) {
 }
 
 bool Fleet::Impl::command(Uav& uav, const Trajectory& trajectory) {
+  drafts[uav.id].reset();
   if (uav.held) return true;
   try {
     uav.vehicle->command(trajectory);

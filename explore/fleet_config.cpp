@@ -6,6 +6,8 @@ namespace stairwell::explore {
 
 namespace {
 
+constexpr int kMostThreads = 64;
+
 void append(std::vector<std::string>& all, const std::vector<std::string>& more) {
   all.insert(all.end(), more.begin(), more.end());
 }
@@ -33,6 +35,9 @@ std::vector<std::string> FleetConfig::problems() const {
   if (!(remainder_gain_m3 >= 0.0)) found.emplace_back("gain of a remainder must not be negative");
   require_positive(found, blacklist_radius_m, "blacklist radius");
   require_positive(found, blacklist_time_s, "blacklist time");
+  if (threads < 1 || threads > kMostThreads) {
+    found.push_back("threads must be 1 to " + std::to_string(kMostThreads) + ", got " + std::to_string(threads));
+  }
   if (!(plan_latency_s >= 0.0)) found.emplace_back("plan latency must not be negative");
   if (!(battery_s >= 0.0) || !std::isfinite(battery_s)) found.emplace_back("battery must not be negative");
   if (!(lost_after_s >= 0.0)) found.emplace_back("time-out of lost UAVs must not be negative");

@@ -94,6 +94,9 @@ struct FleetConfig {
   double blacklist_radius_m = 0.6;
   double blacklist_time_s = 120.0;
   std::uint64_t seed = 1;
+  /// That work on one run; what comes of it is the same with any number. With more than one, the sensors of different
+  /// UAVs are asked at the same time.
+  int threads = 1;
 
   /// Every reason why the configuration cannot be used; empty = usable.
   std::vector<std::string> problems() const;

@@ -76,7 +76,7 @@ std::vector<coverage3d::PlannedLook> looks_ahead(const Trajectory& motion, doubl
 }  // namespace
 
 void Fleet::Impl::decide() {
-  for (Uav& uav : uavs) guard(uav);
+  guard();
   if (config.avoidance == Avoidance::kOrca) avoid();
   for (Uav& uav : uavs) {
     watch_battery(uav);
@@ -98,13 +98,25 @@ void Fleet::Impl::decide_together(Belief& belief) {
   if (!wanting.empty()) assign_goals(belief, wanting);
 }
 
-/// The way ahead is checked on every tick: the map may have changed under a trajectory.
-void Fleet::Impl::guard(Uav& uav) {
+bool Fleet::Impl::guarded(const Uav& uav) const {
   const bool flies = uav.phase == Phase::kTravel || uav.phase == Phase::kReturn;
-  if (!flies || uav.lost_s || uav.at_rest(now_s())) return;
-  const auto report = pilot.still_safe(uav.belief->space(), uav, now_s());
-  if (report.safe()) return mind_fellows(uav);
-  stop_at_once(uav, pilot.brake(uav, now_s()), report.verdict);
+  return flies && !uav.lost_s && !uav.at_rest(now_s());
+}
+
+/// The way ahead is checked on every tick: the map may have changed under a trajectory.
+void Fleet::Impl::guard() {
+  std::vector<planning3d::SafetyReport> reports(uavs.size());
+  mapping::for_each_index(pool.get(), uavs.size(), [&](std::size_t i) {
+    if (guarded(uavs[i])) reports[i] = pilot.still_safe(uavs[i].belief->space(), uavs[i], now_s());
+  });
+  for (Uav& uav : uavs) {
+    if (!guarded(uav)) continue;
+    if (reports[uav.id].safe()) {
+      mind_fellows(uav);
+    } else {
+      stop_at_once(uav, pilot.brake(uav, now_s()), reports[uav.id].verdict);
+    }
+  }
 }
 
 void Fleet::Impl::stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict) {
@@ -223,6 +235,7 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
   const double before_s = clock_s();
   AssignmentRequest request;
   request.time_s = now_s();
+  request.workers = pool.get();
   for (const Uav& uav : uavs) {
     const MotionState state = uav.commanded().sample(depart_time(uav));
     UavView& view = request.uavs.emplace_back();
@@ -243,6 +256,7 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
   stats.open_targets = assignment.open_targets;
   stats.unreachable_targets = assignment.unreachable_targets;
   const double assign_s = clock_s() - before_s;
+  draft_flights(wanting, assignment);
   for (const std::size_t id : wanting) {
     Uav& uav = uavs[id];
     uav.idle = !assignment.goals[id].has_value();
@@ -274,18 +288,47 @@ void Fleet::Impl::stop_short(Uav& uav) {
   if (command(uav, stop)) uav.goal.reset();
 }
 
+bool Fleet::Impl::keeps_goal(const Uav& uav, const Goal& goal) const {
+  return uav.phase == Phase::kTravel && uav.goal && same_goal(*uav.goal, goal) && !uav.at_rest(depart_time(uav));
+}
+
+Fleet::Impl::Draft Fleet::Impl::draft_flight(const Uav& uav, const Goal& goal, int thread) {
+  const double before_s = clock_s();
+  Draft draft;
+  draft.flight = pilot.draft(uav.belief->space(), uav, goal.position_m, goal.yaw_rad,
+                             uav.belief->strategy->motion_rule(), depart_time(uav), thread);
+  draft.computing_s = clock_s() - before_s;
+  return draft;
+}
+
+/// By all threads, as far as the UAVs do not depend on each other.
+void Fleet::Impl::draft_flights(const std::vector<std::size_t>& wanting, const coverage3d::Assignment& assignment) {
+  for (auto& draft : drafts) draft.reset();
+  if (pilot.drafting_threads() == 1) return;
+  std::vector<std::size_t> flying;
+  for (const std::size_t id : wanting) {
+    if (assignment.goals[id] && !keeps_goal(uavs[id], *assignment.goals[id])) flying.push_back(id);
+  }
+  mapping::share_among_threads(pool.get(), flying.size(), [&](std::size_t i, int thread) {
+    const std::size_t id = flying[i];
+    drafts[id] = draft_flight(uavs[id], *assignment.goals[id], thread);
+  });
+}
+
 void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
   uav.goal_given_s = now_s();
-  if (uav.phase == Phase::kTravel && uav.goal && same_goal(*uav.goal, goal) && !uav.at_rest(depart_time(uav))) {
+  if (keeps_goal(uav, goal)) {
     uav.goal = goal;
     charge(uav, assign_s);
     return;
   }
   const double depart_s = depart_time(uav);
+  Draft draft = drafts[uav.id] ? std::move(*drafts[uav.id]) : draft_flight(uav, goal, 0);
+  drafts[uav.id].reset();
   const double before_s = clock_s();
-  FlightResult flight = pilot.fly_to(uav.belief->space(), uav, goal.position_m, goal.yaw_rad,
-                                     uav.belief->strategy->motion_rule(), fellows_of(uav), depart_s);
-  const double computing_s = assign_s + (clock_s() - before_s);
+  FlightResult flight =
+      pilot.fly(uav.belief->space(), uav, goal.yaw_rad, std::move(draft.flight), fellows_of(uav), depart_s);
+  const double computing_s = assign_s + draft.computing_s + (clock_s() - before_s);
   charge(uav, computing_s);
   const bool too_late = config.charge_planning && now_s() + computing_s > depart_s;
   if (flight.outcome == FlightOutcome::kFlying && too_late) {

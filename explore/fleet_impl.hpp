@@ -8,12 +8,14 @@
 #include "explore/pilot.hpp"
 #include "explore/uav.hpp"
 #include "mapping/scan_integrator.hpp"
+#include "mapping/worker_pool.hpp"
 #include "perception/cloud_pipeline.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,12 @@ struct Fleet::Impl {
   // fleet.cpp: the tick
   bool step();
   void sense();
-  void sense_one(Uav& uav);
+  /// A UAV's scan, and how long filtering took.
+  struct Sensed {
+    Scan scan;
+    double filter_s = 0.0;
+  };
+  Sensed sense_one(const Uav& uav) const;
   void assume_start_free(const Uav& uav);
   std::vector<const Uav*> fellows_of(const Uav& uav) const;
   void enter(Uav& uav, Phase phase);
@@ -40,7 +47,8 @@ struct Fleet::Impl {
   // fleet_decide.cpp: the state machine
   void decide();
   void decide_together(Belief& belief);
-  void guard(Uav& uav);
+  void guard();
+  bool guarded(const Uav& uav) const;
   void mind_fellows(Uav& uav);
   void stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict);
   void advance_phase(Uav& uav);
@@ -49,6 +57,14 @@ struct Fleet::Impl {
   bool wants_goal(const Uav& uav);
   void arrive(Uav& uav);
   void assign_goals(Belief& belief, const std::vector<std::size_t>& wanting);
+  /// A motion to a goal, made ready by one of the threads.
+  struct Draft {
+    FlightDraft flight;
+    double computing_s = 0.0;
+  };
+  Draft draft_flight(const Uav& uav, const coverage3d::Goal& goal, int thread);
+  void draft_flights(const std::vector<std::size_t>& wanting, const coverage3d::Assignment& assignment);
+  bool keeps_goal(const Uav& uav, const coverage3d::Goal& goal) const;
   void fly(Uav& uav, const coverage3d::Goal& goal, double assign_s);
   void no_goal(Uav& uav);
   void stop_short(Uav& uav);
@@ -96,6 +112,8 @@ struct Fleet::Impl {
   void stop_avoiding(Uav& uav);
 
   FleetConfig config;
+  std::unique_ptr<mapping::WorkerPool> pool;  ///< null: this thread does all
+  std::vector<std::optional<Draft>> drafts;   ///< by UAV; gone when something is commanded to it
   ExplorationLog& log;
   std::function<double()> clock_s;
   const Radio* radio;  ///< null: all are in touch, always

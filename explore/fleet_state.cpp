@@ -259,7 +259,7 @@ void Fleet::Impl::load(const json& j, std::vector<mapping::OccupancyMap> maps) {
     beliefs.push_back(std::make_unique<Belief>(config, next_belief_id++));
     restore(*beliefs.back(), j.at("beliefs").at(i), std::move(maps[i]));
     for (const AssumedFree& a : assumed) beliefs.back()->map.assume_free(a.center_m, a.radius_m);
-    beliefs.back()->update();
+    beliefs.back()->update(pool.get());
     for (const std::size_t uav : beliefs.back()->members) uavs.at(uav).belief = beliefs.back().get();
   }
   for (const Uav& uav : uavs) {

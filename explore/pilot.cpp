@@ -23,6 +23,7 @@ constexpr double kTubeStep_s = 0.25;
 // Where a goal is closed off, a search would look at all that is known: in large maps it gives up before that.
 constexpr std::size_t kLargeMap = 20'000'000;  // voxels
 constexpr std::size_t kMostExpansions = 150'000;
+constexpr std::string_view kLikeRequest = "astar";  // whose answers depend on the request alone
 
 planning3d::SafetyCheck make_check(const FleetConfig& config) {
   planning3d::SafetyCheck::Config check;
@@ -93,11 +94,10 @@ Trajectory lift(const MotionLimits& limits, double depart_s, const MotionState& 
 
 }  // namespace
 
-Pilot::Pilot(const FleetConfig& config)
-    : config_(config),
-      check_(make_check(config)),
-      builder_(config.limits, check_),
-      planner_(make_planners(config, check_)) {}
+Pilot::Pilot(const FleetConfig& config) : config_(config), check_(make_check(config)), builder_(config.limits, check_) {
+  const bool alike = !config.own_planner && config.planner == kLikeRequest;
+  for (int i = 0; i < (alike ? config.threads : 1); ++i) planners_.push_back(make_planners(config, check_));
+}
 
 std::vector<KeepOut> Pilot::keep_outs(const std::vector<const Uav*>& fellows, const Eigen::Vector3d& start_m,
                                       double depart_s) const {
@@ -137,45 +137,60 @@ std::optional<Trajectory> Pilot::shape(const FreeSpace& space, const Uav& uav,
   return builder_.build(space, request);
 }
 
-FlightResult Pilot::fly_to(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
-                           const planning3d::MotionRule& rule, const std::vector<const Uav*>& fellows,
-                           double depart_s) {
-  PlanRequest request;
-  request.start_m = uav.commanded().sample(depart_s).position_m;
-  request.goal_m = position_m;
-  request.rule = rule;
-  request.seed = plan_seed(config_, depart_s);
-  if (space.grid().voxel_count() >= kLargeMap) request.max_expansions = kMostExpansions;
+FlightDraft Pilot::draft(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
+                         const planning3d::MotionRule& rule, double depart_s, int thread) {
+  FlightDraft draft;
+  draft.request.start_m = uav.commanded().sample(depart_s).position_m;
+  draft.request.goal_m = position_m;
+  draft.request.rule = rule;
+  draft.request.seed = plan_seed(config_, depart_s);
+  if (space.grid().voxel_count() >= kLargeMap) draft.request.max_expansions = kMostExpansions;
+  const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
+    draft.motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
+    draft.path_m = plan.path_m;
+    if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
+    return {};
+  };
+  draft.found = planners_[static_cast<std::size_t>(thread)].decide(space, draft.request, judge);
+  return draft;
+}
+
+FlightResult Pilot::fly(const FreeSpace& space, const Uav& uav, double yaw_rad, FlightDraft draft,
+                        const std::vector<const Uav*>& fellows, double depart_s) {
   // Reciprocal avoidance meets fellows when they are near, not in plans.
   const bool plans_meet = config_.avoidance == Avoidance::kPriority;
   const auto motions = plans_meet ? motions_of(fellows) : std::vector<const Trajectory*>{};
   FlightResult result;
+  const auto flying = [&](const planning3d::FallbackResult& found) {
+    result.outcome = FlightOutcome::kFlying;
+    result.trajectory = std::move(draft.motion);
+    result.path_m = std::move(draft.path_m);
+    result.planner = found.planner();
+    result.fell_back = found.fell_back();
+    result.wanted_path_m.clear();
+  };
   // First as if fellows' way points did not matter; then round where they are and will be.
-  for (const bool around_fellows : {false, true}) {
-    if (around_fellows) request.keep_out = keep_outs(fellows, request.start_m, depart_s);
-    std::optional<Trajectory> motion;
-    const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
-      motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
-      result.path_m = plan.path_m;
-      if (!motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
-      if (check_.check_fellows(*motion, motions, depart_s).safe()) return {};
-      result.outcome = FlightOutcome::kFellowInTheWay;
-      if (result.wanted_path_m.empty()) result.wanted_path_m = plan.path_m;
-      return {PlanVerdict::Kind::kStop, "fellow in the way"};  // another planner would meet the same one
-    };
-    const planning3d::FallbackResult found = planner_.decide(space, request, judge);
-    result.not_used = found.reason();
-    if (!found.hover()) {
-      return {FlightOutcome::kFlying,
-              std::move(motion),
-              std::move(result.path_m),
-              found.planner(),
-              found.fell_back(),
-              result.not_used,
-              {}};
-    }
-    if (result.outcome == FlightOutcome::kUnreachable) break;  // fellows are not the reason
+  result.not_used = draft.found.reason();
+  result.path_m = draft.path_m;
+  if (draft.found.hover()) return result;  // fellows are not the reason
+  if (check_.check_fellows(*draft.motion, motions, depart_s).safe()) {
+    flying(draft.found);
+    return result;
   }
+  result.outcome = FlightOutcome::kFellowInTheWay;
+  result.wanted_path_m = draft.path_m;
+  draft.request.keep_out = keep_outs(fellows, draft.request.start_m, depart_s);
+  const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
+    draft.motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
+    draft.path_m = plan.path_m;
+    if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
+    if (check_.check_fellows(*draft.motion, motions, depart_s).safe()) return {};
+    return {PlanVerdict::Kind::kStop, "fellow in the way"};  // another planner would meet the same one
+  };
+  const planning3d::FallbackResult found = planners_.front().decide(space, draft.request, judge);
+  result.not_used = found.reason();
+  result.path_m = draft.path_m;
+  if (!found.hover()) flying(found);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include "planning3d/safety_check.hpp"
 #include "planning3d/trajectory_builder.hpp"
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,14 @@ struct FlightResult {
   std::vector<Eigen::Vector3d> wanted_path_m;  ///< kFellowInTheWay: where it wanted to go
 };
 
+/// A motion to a goal as if there were no fellows, or none.
+struct FlightDraft {
+  planning3d::PlanRequest request;
+  planning3d::FallbackResult found;
+  std::vector<Eigen::Vector3d> path_m;  ///< the last that a motion was tried along
+  std::optional<Trajectory> motion;
+};
+
 /// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows. Without
 /// an answer the UAV brakes and hovers.
 class Pilot {
@@ -35,7 +44,18 @@ class Pilot {
   /// Does not command anything. @param fellows every other UAV
   FlightResult fly_to(const planning3d::FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m,
                       double yaw_rad, const planning3d::MotionRule& rule, const std::vector<const Uav*>& fellows,
-                      double depart_s);
+                      double depart_s) {
+    return fly(space, uav, yaw_rad, draft(space, uav, position_m, yaw_rad, rule, depart_s), fellows, depart_s);
+  }
+  /// The first half of `fly_to`, which fellows do not matter to. With threads, calls with different numbers from 0 to
+  /// `drafting_threads()` - 1 may run at the same time.
+  FlightDraft draft(const planning3d::FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m,
+                    double yaw_rad, const planning3d::MotionRule& rule, double depart_s, int thread = 0);
+  /// The second half. @pre nothing was commanded to the UAV since
+  FlightResult fly(const planning3d::FreeSpace& space, const Uav& uav, double yaw_rad, FlightDraft draft,
+                   const std::vector<const Uav*>& fellows, double depart_s);
+  /// More than 1 with planners whose answers depend on the request alone.
+  int drafting_threads() const { return static_cast<int>(planners_.size()); }
 
   /// Straight up or down without a planner (take-off, landing).
   std::optional<Trajectory> vertical(const planning3d::FreeSpace& space, const Uav& uav, double to_z_m, double depart_s,
@@ -56,7 +76,7 @@ class Pilot {
   FleetConfig config_;
   planning3d::SafetyCheck check_;
   planning3d::TrajectoryBuilder builder_;
-  planning3d::FallbackPlanner planner_;
+  std::vector<planning3d::FallbackPlanner> planners_;  ///< alike, for each thread
 };
 
 }  // namespace stairwell::explore

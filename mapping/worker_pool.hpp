@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <thread>
 #include <vector>
 
@@ -36,5 +38,35 @@ class WorkerPool {
   std::atomic<int> busy_{0};
   std::vector<std::thread> workers_;
 };
+
+/// Calls `each(i, thread)` for i in [0, count), every thread taking the next one that is left; returns when all are
+/// done. The calls must not get in each other's way. @param pool  null: all on the calling thread, which is 0
+/// @throws what one of the calls threw, after the others
+template <typename Each>
+void share_among_threads(WorkerPool* pool, std::size_t count, const Each& each) {
+  if (pool == nullptr || pool->threads() == 1 || count < 2) {
+    for (std::size_t i = 0; i < count; ++i) each(i, 0);
+    return;
+  }
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> failed{false};
+  std::exception_ptr thrown;
+  pool->run([&](int thread) {
+    for (std::size_t i = next.fetch_add(1); i < count; i = next.fetch_add(1)) {
+      try {
+        each(i, thread);
+      } catch (...) {
+        if (!failed.exchange(true)) thrown = std::current_exception();
+      }
+    }
+  });
+  if (thrown) std::rethrow_exception(thrown);
+}
+
+/// The same for calls that do not ask which thread they are on.
+template <typename Each>
+void for_each_index(WorkerPool* pool, std::size_t count, const Each& each) {
+  share_among_threads(pool, count, [&each](std::size_t i, int) { each(i); });
+}
 
 }  // namespace stairwell::mapping

@@ -22,7 +22,7 @@ class AstarPlanner final : public Planner {
     double heuristic_weight = 1.0;  ///< above 1: costs up to this many times the least, fewer expansions
     double comfort_m = 0.5;
     bool pull_string = true;
-    std::size_t led_after = 30'000;     ///< expansions after which a search is long, ...
+    std::size_t led_after = 8'000;      ///< expansions after which a search is long, ...
     std::size_t led_from = 20'000'000;  ///< ... in grids of so many voxels and more
   };
   AstarPlanner() = default;

@@ -45,6 +45,11 @@ std::uint64_t passable(const std::uint8_t* flags, int count) {
   return bits;
 }
 
+template <typename Parts>
+std::uint8_t parts_in(const Parts& parts) {
+  return static_cast<std::uint8_t>(std::find(parts.begin(), parts.end(), std::uint64_t{0}) - parts.begin());
+}
+
 }  // namespace
 
 RegionGraph::Parts RegionGraph::split(std::uint64_t cells) {
@@ -115,6 +120,13 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) 
   std::array<std::ptrdiff_t, kGridMoves.size()> offsets{};
   for (std::size_t m = 0; m < kGridMoves.size(); ++m)
     offsets[m] = kGridMoves[m].x + kGridMoves[m].y * row + kGridMoves[m].z * slab;
+  // Most neighbours are near already: these two are all that is read of them.
+  std::vector<std::uint8_t> counts(parts_.size(), 0);
+  for (std::size_t block = 0; block < parts_.size(); ++block) counts[block] = parts_in(parts_[block]);
+  const auto any_farther = [&](std::size_t block, float through) {
+    const float* const there = lengths.data() + block * kMostParts;
+    return std::any_of(there, there + counts[block], [through](float length) { return through < length; });
+  };
   // By buckets one block step wide: a bucket's lengths are final when its turn comes (see TravelCosts).
   std::array<std::vector<std::uint32_t>, 3> buckets;
   lengths[part] = 0.0F;
@@ -130,13 +142,14 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) 
       for (std::size_t m = 0; m < kGridMoves.size(); ++m) {
         const GridMove& move = kGridMoves[m];
         const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + offsets[m]);
-        if (cells_[next] == 0) continue;
+        const float through = length + move.length;
+        if (!any_farther(next, through)) continue;
         const std::uint64_t cells = touched(parts_[block][from % kMostParts], {move.x, move.y, move.z}) & cells_[next];
-        for (std::size_t i = 0; i < kMostParts && cells != 0 && parts_[next][i] != 0; ++i) {
-          float& there = lengths[next * kMostParts + i];
-          if ((parts_[next][i] & cells) == 0 || length + move.length >= there) continue;
-          there = length + move.length;
-          buckets[static_cast<std::uint32_t>(there) % 3].push_back(static_cast<std::uint32_t>(next * kMostParts + i));
+        float* const there = lengths.data() + next * kMostParts;
+        for (std::size_t i = 0; i < counts[next]; ++i) {
+          if ((parts_[next][i] & cells) == 0 || through >= there[i]) continue;
+          there[i] = through;
+          buckets[static_cast<std::uint32_t>(through) % 3].push_back(static_cast<std::uint32_t>(next * kMostParts + i));
         }
       }
     }

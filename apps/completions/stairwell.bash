@@ -31,7 +31,7 @@ _stairwell() {
     explore)
       options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
-        --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning
+        --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning --threads
         --limits --radio-range --finish --return --battery-min --lose --stall --extrude-height --point-size
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     bound)
@@ -41,7 +41,7 @@ _stairwell() {
     compare)
       options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --box --fallback --avoidance --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
-        --yaw-acc-deg --motion --robot-radius --resolution --time-limit --target-coverage --charge-planning
+        --yaw-acc-deg --motion --robot-radius --resolution --time-limit --target-coverage --charge-planning --threads
         --config --set --out --json --quiet --help" ;;
     plan)
       options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all

@@ -179,10 +179,12 @@ TEST_CASE("a landed UAV takes off, explores and lands again") {
   CHECK(fleet.exploration_end_s() <= fleet.time_s());
 }
 
-TEST_CASE("the same seed flies the same way when planning time is not charged") {
-  const auto config = test::toy_config();
+TEST_CASE("the same seed flies the same way when planning time is not charged, by any number of threads") {
+  auto config = test::toy_config();
+  config.threads = GENERATE(1, 2, 3);
   std::vector<Eigen::Vector3d> ends_m;
   for (int run = 0; run < 2; ++run) {
+    if (run == 1) config.threads = 1;
     ToySimulation sim(test::two_rooms(), config, {{1.0, 1.0, 1.0}, {1.0, 3.0, 1.0}});
     explore::ExplorationLog log;
     Fleet fleet(config, sim.doors(), log, no_clock);
