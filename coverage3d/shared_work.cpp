@@ -52,22 +52,27 @@ std::vector<double> linked_unknown(const mapping::OccupancyMap& map, const Aabb&
   const GridSpec lattice(box, std::max(kLinkStep_m, tasks.part_edge_m().maxCoeff() / kLinkStepsPerPart));
   std::vector<bool> reached(lattice.voxel_count(), false);
   std::vector<VoxelIndex> queue;
-  const auto enter = [&](const VoxelIndex& v) {
+  const auto enter = [&](const Eigen::Vector3d& from_m, const VoxelIndex& v) {
     if (!lattice.contains(v) || reached[lattice.linear(v)]) return;
-    const VoxelIndex at = map.grid().index_of(lattice.center_of(v));
+    const Eigen::Vector3d to_m = lattice.center_of(v);
+    const VoxelIndex at = map.grid().index_of(to_m);
     if (!map.grid().contains(at) || map.at(at) != Occupancy::kUnknown) return;
+    if (!walk_voxels(map.grid(), from_m, to_m, [&](const VoxelIndex& w) { return map.at(w) != Occupancy::kOccupied; }))
+      return;  // not through walls
     reached[lattice.linear(v)] = true;
     queue.push_back(v);
   };
   for (const Eigen::Vector3d& place_m : places_m) {
-    for (int n = 0; n < 27; ++n) enter(lattice.index_of(place_m) + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
+    for (int n = 0; n < 27; ++n)
+      enter(place_m, lattice.index_of(place_m) + VoxelIndex{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
   }
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const VoxelIndex v = queue[i];
+    const Eigen::Vector3d at_m = lattice.center_of(v);
     for (const int side : {-1, 1}) {
-      enter(v + VoxelIndex{side, 0, 0});
-      enter(v + VoxelIndex{0, side, 0});
-      enter(v + VoxelIndex{0, 0, side});
+      enter(at_m, v + VoxelIndex{side, 0, 0});
+      enter(at_m, v + VoxelIndex{0, side, 0});
+      enter(at_m, v + VoxelIndex{0, 0, side});
     }
   }
   std::vector<double> linked(tasks.parts(), 0.0);
@@ -126,11 +131,10 @@ void FrontierStrategy::close_done_parts(const planning3d::FreeSpace& space, cons
   }
 }
 
-/// What the UAVs that share this map have to visit of these: what nobody has said is done; or else what leads to their
-/// cells best, also if others have probably seen it.
+/// What the UAVs that share this map have to visit of what absent ones have not seen: what nobody has said is done; or
+/// else what leads to their cells best.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
-                                                                const std::vector<Stop>& unseen,
-                                                                const std::vector<Stop>& seen) const {
+                                                                const std::vector<Stop>& unseen) const {
   const TaskBoard& tasks = *request.tasks;
   std::vector<Stop> own;
   for (const Stop& stop : unseen) {
@@ -138,15 +142,13 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const Assignment
   }
   if (!own.empty()) return own;
   std::vector<std::pair<double, const Stop*>> leading;
-  for (const std::vector<Stop>* stops : {&unseen, &seen}) {
-    for (const Stop& stop : *stops) {
-      double beyond_m = std::numeric_limits<double>::infinity();
-      for (std::size_t part = 0; part < tasks.parts(); ++part) {
-        if (answers_for(request, part))
-          beyond_m = std::min(beyond_m, (tasks.part_center_m(part) - stop.cluster->center_m).norm());
-      }
-      leading.emplace_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps, &stop);
+  for (const Stop& stop : unseen) {
+    double beyond_m = std::numeric_limits<double>::infinity();
+    for (std::size_t part = 0; part < tasks.parts(); ++part) {
+      if (answers_for(request, part))
+        beyond_m = std::min(beyond_m, (tasks.part_center_m(part) - stop.cluster->center_m).norm());
     }
+    leading.emplace_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps, &stop);
   }
   double best_s = std::numeric_limits<double>::infinity();
   for (const auto& [time_s, stop] : leading) best_s = std::min(best_s, time_s);
@@ -171,22 +173,20 @@ bool FrontierStrategy::take_over(const AssignmentRequest& request) {
   return false;
 }
 
-/// The stops that are for the UAVs that share this map. What absent ones have seen is no reason to fly, unless it leads
-/// to the own cells.
+/// The stops that are for the UAVs that share this map. What absent ones have seen is no reason to fly: they visit what
+/// they find behind it.
 std::vector<FrontierStrategy::Stop> FrontierStrategy::own_work(const planning3d::FreeSpace& space,
                                                                const AssignmentRequest& request, const Crew& crew,
                                                                std::vector<Stop> stops) const {
   if (request.tasks == nullptr) return stops;
   std::vector<Stop> unseen;
-  std::vector<Stop> seen;
   for (const Stop& stop : stops) {
-    const bool by_others = seen_from(space.map(), config_.sensor, *stop.cluster, request.passed_m);
-    (by_others ? seen : unseen).push_back(stop);
+    if (!seen_from(space.map(), config_.sensor, *stop.cluster, request.passed_m)) unseen.push_back(stop);
   }
   close_done_parts(space, request, stops, unseen);
   if (std::ranges::all_of(request.uavs, &UavView::shares_map)) return stops;
-  std::vector<Stop> work = own_stops(request, crew, unseen, seen);
-  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen, seen);
+  std::vector<Stop> work = own_stops(request, crew, unseen);
+  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen);
   return work;
 }
 

@@ -14,7 +14,7 @@ _stairwell() {
     --device) COMPREPLY=($(compgen -W "cpu cuda" -- "$current")); return ;;
     --sensor) COMPREPLY=($(compgen -W "depth lidar" -- "$current")); return ;;
     --motion) COMPREPLY=($(compgen -W "limited step" -- "$current")); return ;;
-    --charge-planning | --noise | --experience | --turn-taking) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
+    --charge-planning | --noise | --experience | --turn-taking | --close-gaps) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --modes) COMPREPLY=($(compgen -W "slice,volume slice volume" -- "$current")); return ;;
     --bound) COMPREPLY=($(compgen -W "on off" -- "$current")); return ;;
     --layers) COMPREPLY=($(compgen -W "auto" -- "$current")); return ;;
@@ -32,11 +32,11 @@ _stairwell() {
       options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
         --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning --threads
-        --limits --radio-range --finish --return --battery-min --lose --stall --extrude-height --point-size
+        --limits --radio-range --finish --return --battery-min --lose --stall --extrude-height --point-size --close-gaps
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     bound)
       options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
-        --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size
+        --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size --close-gaps
         --voxel-size --limits --seed --config --set --rounds --json --quiet --help" ;;
     compare)
       options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --box --fallback --avoidance --gain --turn-taking --layers
@@ -46,7 +46,7 @@ _stairwell() {
     plan)
       options="--from --to --box --planner --deadline-ms --fallback --attraction --experience --all
         --robot --margin --clearance-weight --slice --benchmark --data --tasks
-        --resolution --extrude-height --point-size --voxel-size --out --json --quiet --help" ;;
+        --resolution --extrude-height --point-size --close-gaps --voxel-size --out --json --quiet --help" ;;
     train)
       if [[ $COMP_CWORD -eq 2 ]]; then
         COMPREPLY=($(compgen -W "path2d path3d coverage --help" -- "$current"))
@@ -67,7 +67,7 @@ _stairwell() {
         COMPREPLY=($(compgen -W "info compare convert render --help" -- "$current"))
         return
       fi
-      options="--json --view --size --resolution --extrude-height --point-size --voxel-size --help -o --output" ;;
+      options="--json --view --size --resolution --extrude-height --point-size --close-gaps --voxel-size --help -o --output" ;;
     completion) options="--shell --help" ;;
     report) options="--film --view --size --help" ;;
   esac
