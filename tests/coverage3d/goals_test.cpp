@@ -1,3 +1,4 @@
+#include "coverage3d/task_board.hpp"
 #include "half_seen.hpp"
 #include "planning3d/travel_costs.hpp"
 
@@ -6,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace {
 
@@ -108,4 +110,46 @@ TEST_CASE("in slice mode goals lie at the layers given") {
       strategy->report_failure(*assignment.goals[0], 0.0);
     }
   }
+}
+
+TEST_CASE("parts are done when anybody's map says so, and nobody flies for what absent UAVs have done") {
+  HalfSeen scene(false);
+  UavView absent;
+  absent.position_m = scene.config.box.max_m;
+  absent.placed = false;
+  absent.shares_map = false;
+  scene.request.uavs.push_back(absent);
+  TaskBoard tasks(scene.config.box, scene.config.limits.speed_mps);
+  tasks.share({{1, absent.position_m}});
+  scene.request.tasks = &tasks;
+  const auto strategy = make_strategy("frontiers", scene.config);
+  const auto goal_part = [&]() -> std::optional<std::size_t> {
+    const Assignment assignment = settled(*strategy, scene);
+    if (!assignment.goals[0]) return std::nullopt;
+    return tasks.part_at(assignment.goals[0]->target_m);
+  };
+  const std::optional<std::size_t> part = goal_part();
+  REQUIRE(part.has_value());
+  CHECK(tasks.part_open(*part));
+  tasks.close_part(*part, 0);  // said too early
+  CHECK(goal_part().has_value());
+  CHECK(tasks.part_open(*part));
+  for (std::size_t i = 0; i < tasks.parts(); ++i) {
+    if (tasks.part_open(i)) tasks.close_part(i, 1);
+  }
+  CHECK_FALSE(goal_part().has_value());
+  CHECK(tasks.closer(*part) == 1);
+
+  tasks = TaskBoard(scene.config.box, scene.config.limits.speed_mps);
+  tasks.share({{1, absent.position_m}});
+  for (int i = 0; i < 400; ++i) {  // from wherever is free by now
+    const Eigen::Vector3d at_m(0.7 + i % 10, 0.7 + i / 10 % 8, 0.6 + i / 80 % 5);
+    if (scene.map.at(at_m) == Occupancy::kFree) toy::look(scene.world, scene.config.sensor, at_m, 0.0, scene.map);
+  }
+  scene.distance.update(scene.map);
+  scene.request.uavs[0].wants_goal = false;  // it takes nothing over
+  goal_part();
+  std::size_t done = 0;
+  for (std::size_t i = 0; i < tasks.parts(); ++i) done += tasks.closer(i) == 0 ? 1 : 0;
+  CHECK(2 * done > tasks.parts());  // although they are the absent one's
 }
