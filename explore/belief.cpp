@@ -21,13 +21,6 @@ double field_truncation_m(const FleetConfig& config) {
   return std::max(1.0, config.robot.clearance_m() + 4.0 * config.resolution_m);
 }
 
-/// Into a hole as wide as a few voxels a UAV sinks: where they are wide, it must not sink to where a floor may be.
-mapping::Obstacles obstacles_of(const FleetConfig& config) {
-  constexpr double kWide = 0.5;  // of the robot's radius
-  const bool wide = config.resolution_m > kWide * config.robot.radius_m + 1e-9;
-  return wide ? mapping::Obstacles::kBlockedOrGrazed : mapping::Obstacles::kBlocked;
-}
-
 coverage3d::CoverageConfig coverage_config(const FleetConfig& config) {
   coverage3d::CoverageConfig coverage;
   coverage.sensor = config.sensor;
@@ -62,8 +55,8 @@ Belief::Belief(const FleetConfig& fleet_config, std::uint64_t belief_id)
     : config(&fleet_config),
       id(belief_id),
       map(map_grid(fleet_config), fleet_config.occupancy),
-      blocked(map.grid(), field_truncation_m(fleet_config), obstacles_of(fleet_config)),
-      blocked_words(map.grid(), obstacles_of(fleet_config)),
+      blocked(map.grid(), field_truncation_m(fleet_config), mapping::Obstacles::kBlocked),
+      blocked_words(map.grid(), mapping::Obstacles::kBlocked),
       strategy(make_coverage(fleet_config)) {}
 
 std::unique_ptr<Belief> Belief::clone(std::uint64_t belief_id) const {

@@ -153,7 +153,7 @@ struct CollisionQuery {
   template <typename Body>
   bool by_words(const Body& body, const Eigen::Vector3d& at) const {
     const OccupancyWords& words = *checker.words_;
-    const bool outside_hits = words.obstacles() != Obstacles::kOccupied;
+    const bool outside_hits = words.obstacles() == Obstacles::kBlocked;
     Cells lo, hi;
     for (std::size_t i = 0; i < 3; ++i) {
       const double center = at[static_cast<Eigen::Index>(i)];
@@ -379,7 +379,7 @@ CollisionChecker::CollisionChecker(const OccupancyWords& words, const DistanceFi
   const std::vector<std::string> found = problems(shape);
   if (!found.empty()) throw InputError("unusable robot shape: " + found.front());
   const bool outside_blocked = distance.squared_cells({-1, -1, -1}) == 0;
-  if (words.grid() != distance.grid() || outside_blocked != (words.obstacles() != Obstacles::kOccupied)) {
+  if (words.grid() != distance.grid() || outside_blocked != (words.obstacles() == Obstacles::kBlocked)) {
     throw InputError("collision checker: words and distance field are of different grids or kinds of obstacle");
   }
   for (std::size_t i = 0; i < 3; ++i) {

@@ -39,7 +39,7 @@ std::vector<std::string> problems(const CollisionShape& shape);
 
 /// Whether a robot of one shape touches obstacles of the map, at a pose or along a motion. Exact (not sampled): a pose
 /// collides if the shape's inside overlaps an obstacle voxel's by more than a nanometre, so that a robot may rest
-/// against a face. Outside the grid all is free for Obstacles::kOccupied, and an obstacle otherwise.
+/// against a face. For Obstacles::kBlocked everything outside the grid is an obstacle, for kOccupied it is free.
 ///
 /// The distance field settles the clear cases, the occupancy words the others. Both must have been brought up to date
 /// with the same map; the checker holds references to them. Queries may run in several threads at once while neither

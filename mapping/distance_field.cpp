@@ -51,10 +51,6 @@ void add_joined(std::vector<VoxelBox>& boxes, VoxelBox box) {
 
 }  // namespace
 
-VoxelBox reached_by(const VoxelBox& changed, Obstacles obstacles, const GridSpec& grid) {
-  return obstacles == Obstacles::kBlockedOrGrazed ? grown(changed, 1, grid.size()) : changed;
-}
-
 DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacles obstacles)
     : grid_(grid), truncation_m_(truncation_m), obstacles_(obstacles) {
   const double cells = std::ceil(truncation_m / grid.resolution_m() - 1e-6);
@@ -64,7 +60,7 @@ DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacle
   }
   truncation_cells_ = static_cast<int>(cells);
   const auto far = static_cast<std::uint16_t>(truncation_cells_ * truncation_cells_);
-  outside_ = obstacles != Obstacles::kOccupied ? std::uint16_t{0} : far;
+  outside_ = obstacles == Obstacles::kBlocked ? std::uint16_t{0} : far;
   squared_.assign(grid.voxel_count(), far);
   std::size_t blocks = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -74,7 +70,7 @@ DistanceField::DistanceField(const GridSpec& grid, double truncation_m, Obstacle
   block_revision_.assign(blocks, 0);
   row_words_ = (static_cast<std::size_t>(grid.size()[0]) + 63) / 64;
   obstacle_.assign(row_words_ * static_cast<std::size_t>(grid.size()[1]) * static_cast<std::size_t>(grid.size()[2]),
-                   obstacles != Obstacles::kOccupied ? ~std::uint64_t{0} : std::uint64_t{0});
+                   obstacles == Obstacles::kBlocked ? ~std::uint64_t{0} : std::uint64_t{0});
 }
 
 std::uint64_t DistanceField::Id::next() {
@@ -108,7 +104,7 @@ bool DistanceField::read_obstacles(const OccupancyMap& map, const VoxelBox& box,
   for (v.z = box.lo.z; v.z <= box.hi.z; ++v.z) {
     for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
       for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
-        const bool now = is_obstacle(map, obstacles_, v);
+        const bool now = obstacles_ == Obstacles::kBlocked ? map.blocked(v) : map.at(v) == Occupancy::kOccupied;
         std::uint64_t& stored = obstacle_[row_of(v.y, v.z) + static_cast<std::size_t>(v.x >> 6)];
         const std::uint64_t bit = std::uint64_t{1} << (v.x & 63);
         if (((stored & bit) != 0) == now) {
@@ -128,7 +124,7 @@ void DistanceField::update(const OccupancyMap& map) {
   std::vector<VoxelBox> boxes;
   map.for_each_block_changed_since(seen_revision_, [&](const VoxelBox& block) {
     VoxelBox changed;
-    if (read_obstacles(map, reached_by(block, obstacles_, grid_), changed)) {
+    if (read_obstacles(map, block, changed)) {
       add_joined(boxes, grown(changed, truncation_cells_, grid_.size()));
     }
   });
@@ -228,11 +224,11 @@ bool DistanceField::read_row(int first_x, int count, int y, int z) {
 void DistanceField::write_row(const Range& x, int y, int z) {
   const std::array<int, 3>& size = grid_.size();
   int across = truncation_cells_;
-  if (obstacles_ != Obstacles::kOccupied) across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, across});
+  if (obstacles_ == Obstacles::kBlocked) across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, across});
   const auto cap = static_cast<std::int16_t>(across * across);
   std::int16_t* const line = line_.data() - x.lo;
   for (int i = x.lo; i <= x.hi; ++i) line[i] = std::min(line[i], cap);
-  if (obstacles_ != Obstacles::kOccupied) {
+  if (obstacles_ == Obstacles::kBlocked) {
     const auto at_border = [&](int i) {
       const int border = std::min(i + 1, size[0] - i);
       line[i] = std::min(line[i], static_cast<std::int16_t>(border * border));

@@ -10,18 +10,10 @@
 
 namespace stairwell::mapping {
 
-/// kBlocked: what OccupancyMap::blocked() says (unknown too). kBlockedOrGrazed: and what OccupancyMap::grazed() says.
-enum class Obstacles { kOccupied, kBlocked, kBlockedOrGrazed };
-
-inline bool is_obstacle(const OccupancyMap& map, Obstacles obstacles, const VoxelIndex& v) {
-  if (obstacles == Obstacles::kOccupied) return map.at(v) == Occupancy::kOccupied;
-  return map.blocked(v) || (obstacles == Obstacles::kBlockedOrGrazed && map.grazed(v));
-}
-/// Voxels that may become obstacles, or cease to be, with a change of the map in the box.
-VoxelBox reached_by(const VoxelBox& changed, Obstacles obstacles, const GridSpec& grid);
+enum class Obstacles { kOccupied, kBlocked };  ///< kBlocked: what OccupancyMap::blocked() says (unknown too)
 
 /// Truncated squared Euclidean distance, in cells, from each voxel centre to the nearest obstacle voxel's centre;
-/// exact up to the truncation. But for kOccupied everything outside the grid counts as obstacle.
+/// exact up to the truncation. For kBlocked everything outside the grid counts as obstacle.
 class DistanceField {
  public:
   /// @throws InputError unless the truncation is 1 to 127 cells.
@@ -40,7 +32,7 @@ class DistanceField {
   /// Visits the boxes of blocks of 8 x 8 x 8 voxels that hold every voxel whose distance changed after `revision`.
   void for_each_block_changed_since(std::uint64_t revision, const std::function<void(const VoxelBox&)>& visit) const;
 
-  /// Squared cells, capped at truncation_cells()^2; 0 outside the grid but for kOccupied.
+  /// Squared cells, capped at truncation_cells()^2; 0 outside the grid for kBlocked.
   std::uint16_t squared_cells(const VoxelIndex& v) const {
     return grid_.contains(v) ? squared_[grid_.linear(v)] : outside_;
   }
@@ -85,7 +77,7 @@ class DistanceField {
   std::vector<std::uint16_t> squared_;
   std::array<int, 3> block_count_{0, 0, 0};
   std::vector<std::uint64_t> block_revision_;  ///< of the last change in each block
-  std::vector<std::uint64_t> obstacle_;        ///< a bit per voxel, every row begins a word
+  std::vector<std::uint64_t> obstacle_;  ///< a bit per voxel, every row begins a word
   std::size_t row_words_ = 0;
   std::vector<std::int16_t> along_x_, along_xy_, line_;  ///< scratch
 };

@@ -119,18 +119,6 @@ class OccupancyMap {
   /// the grid, or unknown and not assumed free.
   bool blocked(const VoxelIndex& v) const { return !grid_.contains(v) || (seen_[grid_.linear(v)] & kBlockedBit) != 0; }
 
-  /// True of a free voxel that was never hit, with a face to one that is unknown and not assumed free. A surface may
-  /// fill a part of it: flat rays pass through the other part and make it free, and where they end, voxels away,
-  /// nothing shows it.
-  bool grazed(const VoxelIndex& v) const {
-    constexpr VoxelIndex kFaces[] = {{0, 0, -1}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
-    if (!grid_.contains(v) || seen_[grid_.linear(v)] != static_cast<std::uint8_t>(Occupancy::kFree)) return false;
-    for (const VoxelIndex& face : kFaces) {
-      if (grid_.contains(v + face) && seen_[grid_.linear(v + face)] == kBlockedBit) return true;
-    }
-    return false;
-  }
-
   /// Whether a return ever fell into this voxel. It may be free all the same: where a surface cuts only a corner of a
   /// voxel, more rays pass through it than end in it.
   bool ever_hit(const VoxelIndex& v) const { return grid_.contains(v) && (seen_[grid_.linear(v)] & kHitBit) != 0; }

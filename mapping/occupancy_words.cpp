@@ -29,8 +29,7 @@ void OccupancyWords::update(const OccupancyMap& map) {
   if (map.grid() != grid_) throw InputError("occupancy words: the map has another box or resolution");
   const std::uint64_t map_revision = map.revision();
   bool changed = false;
-  map.for_each_block_changed_since(seen_revision_, [&](const VoxelBox& block_changed) {
-    const VoxelBox block = reached_by(block_changed, obstacles_, grid_);
+  map.for_each_block_changed_since(seen_revision_, [&](const VoxelBox& block) {
     for (int z = block.lo.z; z <= block.hi.z; ++z) {
       for (int y = block.lo.y; y <= block.hi.y; ++y) {
         changed = read_row(map, block.lo.x, block.hi.x, y, z) || changed;
@@ -53,7 +52,7 @@ bool OccupancyWords::read_row(const OccupancyMap& map, int first_x, int last_x, 
     std::uint64_t read = 0;
     for (unsigned i = at_x & 3; i < 4 && x <= last_x; ++i, ++x) {
       const VoxelIndex v{x, y, z};
-      const bool obstacle = is_obstacle(map, obstacles_, v);
+      const bool obstacle = obstacles_ == Obstacles::kBlocked ? map.blocked(v) : map.at(v) == Occupancy::kOccupied;
       read |= std::uint64_t{1} << (row_bit + i);
       bits |= std::uint64_t{obstacle} << (row_bit + i);
     }

@@ -17,7 +17,7 @@ class OccupancyWords {
  public:
   static constexpr int kEdge = 4;  ///< voxels along each edge of a word
 
-  /// As of a map in which nothing is known: no voxel is kOccupied, every voxel is blocked.
+  /// As of a map in which nothing is known: no voxel is kOccupied, every voxel is kBlocked.
   OccupancyWords(const GridSpec& grid, Obstacles obstacles);
 
   /// Reads again the blocks that changed since the last call. Always of one and the same map.
@@ -29,9 +29,9 @@ class OccupancyWords {
   /// Counts up with every update that changed a bit.
   std::uint64_t revision() const { return revision_; }
 
-  /// Whether the voxel is an obstacle; outside the grid as for DistanceField: no for kOccupied, else yes.
+  /// Whether the voxel is an obstacle; outside the grid as for DistanceField: yes for kBlocked, no for kOccupied.
   bool at(const VoxelIndex& v) const {
-    if (!grid_.contains(v)) return obstacles_ != Obstacles::kOccupied;
+    if (!grid_.contains(v)) return obstacles_ == Obstacles::kBlocked;
     const unsigned x = static_cast<unsigned>(v.x + shift_[0]);
     const unsigned y = static_cast<unsigned>(v.y + shift_[1]);
     const unsigned z = static_cast<unsigned>(v.z + shift_[2]);
@@ -53,7 +53,7 @@ class OccupancyWords {
     return (z * static_cast<std::size_t>(count_[1]) + y) * static_cast<std::size_t>(count_[0]) + x;
   }
   static constexpr unsigned bit_of(unsigned x, unsigned y, unsigned z) { return 16 * z + 4 * y + x; }
-  /// Sets or clears the voxels of a row along x.
+  /// Sets or clears the voxels of a row along x, all in one block of the map.
   bool read_row(const OccupancyMap& map, int first_x, int last_x, int y, int z);
 
   GridSpec grid_;

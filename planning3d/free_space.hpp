@@ -42,8 +42,6 @@ class FreeSpace {
   const mapping::DistanceField& blocked_distance() const { return *distance_; }
   /// What a mapping::CollisionChecker needs beside the distance field; null if they were left out.
   const mapping::OccupancyWords* blocked_words() const { return words_; }
-  /// Whether the voxel is an obstacle to whoever flies.
-  bool blocked(const VoxelIndex& v) const { return words_ != nullptr ? words_->at(v) : map_->blocked(v); }
   const Robot& robot() const { return robot_; }
   const Aabb& flight_box() const { return flight_box_; }
 

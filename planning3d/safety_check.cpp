@@ -45,7 +45,7 @@ Verdict close_call(const FreeSpace& space, const Eigen::Vector3d& position_m, do
     for (int y = from.y; y <= to.y; ++y) {
       for (int x = from.x; x <= to.x; ++x) {
         const VoxelIndex v{x, y, z};
-        if (!space.blocked(v)) continue;
+        if (!space.map().blocked(v)) continue;
         if (!sphere_hits_voxel(position_m, sphere_radius_m, grid.center_of(v), half_m)) continue;
         if (space.map().at(v) == Occupancy::kOccupied || space.map().ever_hit(v)) return Verdict::kOccupied;
         if (worst != Verdict::kUnknown) worst = grid.contains(v) ? Verdict::kUnknown : Verdict::kOutsideBox;

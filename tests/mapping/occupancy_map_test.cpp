@@ -141,31 +141,6 @@ TEST_CASE("a voxel that was ever hit stays closed to flight, however many rays p
   CHECK_FALSE(map.ever_hit(v));
 }
 
-TEST_CASE("a free voxel beside an unknown one is grazed until it is hit or the other is known", "[map]") {
-  OccupancyMap map(grid_between(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(1.0)));
-  const VoxelIndex v{4, 5, 6};
-  const VoxelIndex open = GENERATE(VoxelIndex{0, 0, -1}, VoxelIndex{0, 0, 1}, VoxelIndex{1, 0, 0}, VoxelIndex{-1, 0, 0},
-                                   VoxelIndex{0, 1, 0}, VoxelIndex{0, -1, 0});
-  CHECK_FALSE(map.grazed(v));
-  for (int i = 0; i < 27; ++i) {
-    const VoxelIndex step{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
-    if (std::abs(step.x) + std::abs(step.y) + std::abs(step.z) < 2 && step != open) map.update(v + step, false);
-  }
-  CHECK(map.grazed(v));
-  CHECK_FALSE(map.blocked(v));
-  map.update(v + open, false);
-  CHECK_FALSE(map.grazed(v));
-  map.set_log_odds(v + open, std::nanf(""));
-  CHECK(map.grazed(v));
-  map.assume_free(map.grid().center_of(v + open), 0.01);
-  CHECK_FALSE(map.grazed(v));
-  map.update({8, 8, 8}, false);
-  CHECK(map.grazed({8, 8, 8}));
-  map.mark_hit({8, 8, 8});
-  CHECK_FALSE(map.grazed({8, 8, 8}));  // blocked instead
-  CHECK_FALSE(map.grazed({-1, 3, 3}));
-}
-
 TEST_CASE("assumed-free space is open to flight but not part of the map", "[map]") {
   OccupancyMap map(grid_between(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(2.0)));
   map.update({10, 10, 12}, true);
