@@ -18,6 +18,11 @@ constexpr double kLinkStepsPerPart = 5.0;
 constexpr double kDone = 0.25;     // a part of a cell is done when less of it is unknown and can be got at
 constexpr double kAsGood_s = 1.5;  // ways to the own cells that are no more than this longer than the best
 
+/// @param uav  may be nobody
+bool shares_map(const AssignmentRequest& request, std::size_t uav) {
+  return uav < request.uavs.size() && request.uavs[uav].shares_map;
+}
+
 /// Whether somebody there has probably seen it, as far as this map can tell.
 bool seen_from(const mapping::OccupancyMap& map, const SensorModel& sensor, const Eigen::Vector3d& from_m,
                const Eigen::Vector3d& target_m) {
@@ -100,8 +105,7 @@ std::unique_ptr<CoverageStrategy> FrontierStrategy::copy_to(std::unique_ptr<Fron
 }
 
 bool FrontierStrategy::answers_for(const AssignmentRequest& request, std::size_t part) {
-  const std::size_t owner = request.tasks->owner(request.tasks->cell_of(part));
-  return request.tasks->part_open(part) && owner < request.uavs.size() && request.uavs[owner].shares_map;
+  return request.tasks->part_open(part) && shares_map(request, request.tasks->owner(request.tasks->cell_of(part)));
 }
 
 /// Parts of cells that hold nothing to visit and hardly anything unknown that something to visit leads to, whoever
@@ -123,11 +127,10 @@ void FrontierStrategy::close_done_parts(const planning3d::FreeSpace& space, cons
     busy[tasks.part_at(cluster.center_m)] = true;
   }
   const std::vector<double> linked = linked_unknown(space.map(), finder_->config().box, tasks, leads_m);
-  const auto shares_map = [&](std::size_t uav) { return uav < request.uavs.size() && request.uavs[uav].shares_map; };
   const auto speaker = std::ranges::find_if(request.uavs, &UavView::shares_map) - request.uavs.begin();
   for (std::size_t part = 0; part < tasks.parts(); ++part) {
     if (!busy[part] && linked[part] < kDone) tasks.close_part(part, static_cast<std::size_t>(speaker));
-    if (busy[part] && shares_map(tasks.closer(part))) tasks.reopen_part(part);
+    if (busy[part] && shares_map(request, tasks.closer(part))) tasks.reopen_part(part);
   }
 }
 

@@ -53,7 +53,7 @@ struct UavView {
 struct AssignmentRequest {
   double time_s = 0.0;
   std::vector<UavView> uavs;
-  /// Where UAVs whose scans are not in this map have been since: what they have probably seen comes last.
+  /// Where UAVs whose scans are not in this map have been since: what they have probably seen is theirs.
   std::vector<Eigen::Vector3d> passed_m;
   mapping::WorkerPool* workers = nullptr;  ///< threads that may help; the answer is the same. Null: none
   TaskBoard* tasks = nullptr;              ///< what the UAVs tell each other they answer for; null: all share one map
