@@ -1,6 +1,8 @@
 /// Small worlds and folders for the tests of the program.
 #pragma once
 
+#include "tests/test_folder.hpp"
+
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -8,7 +10,7 @@
 namespace stairwell::apps::testing {
 
 inline std::filesystem::path fresh_folder(const std::string& name) {
-  const std::filesystem::path folder = std::filesystem::path(STAIRWELL_TEST_TMP) / name;
+  const std::filesystem::path folder = stairwell::testing::test_folder() / name;
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;

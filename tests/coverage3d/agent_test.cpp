@@ -4,6 +4,7 @@
 #include "coverage3d/agent_strategy.hpp"
 #include "half_seen.hpp"
 #include "learning/nn/model_file.hpp"
+#include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -70,7 +71,7 @@ nn::Model tiny_model() {
 }
 
 fs::path folder_with(const std::string& name, const std::string& bytes) {
-  const fs::path folder = fs::path(STAIRWELL_TEST_TMP) / "coverage_agent" / name;
+  const fs::path folder = testing::test_folder() / name;
   fs::create_directories(folder);
   std::ofstream(folder / "coverage.model", std::ios::binary) << bytes;
   return folder;

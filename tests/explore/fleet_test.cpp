@@ -2,6 +2,7 @@
 #include "core/errors.hpp"
 #include "mapping/octomap_io.hpp"
 #include "sim3d/ground_truth.hpp"
+#include "tests/test_folder.hpp"
 #include "tests/explore/toy_building.hpp"
 
 #include <octomap/OcTree.h>
@@ -199,7 +200,7 @@ TEST_CASE("the same seed flies the same way when planning time is not charged, b
 
 TEST_CASE("a fleet loaded from its saved state carries on to the end") {
   const auto config = test::toy_config();
-  const auto file = std::filesystem::path(STAIRWELL_TEST_TMP) / "fleet_state.ot";
+  const auto file = testing::test_folder() / "fleet_state.ot";
   std::string state;
   double saved_at_s = 0.0;
   std::vector<bool> hits;

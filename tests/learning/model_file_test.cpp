@@ -2,13 +2,12 @@
 
 #include "core/errors.hpp"
 #include "learning/random_network.hpp"
+#include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <fstream>
 #include <string>
-
-#include <unistd.h>
 
 using namespace stairwell;
 using namespace stairwell::nn;
@@ -16,11 +15,8 @@ using Catch::Contains;
 
 namespace {
 
-/// In a folder of this process: cases run side by side.
 std::filesystem::path written(const std::string& bytes) {
-  const auto folder = std::filesystem::path(STAIRWELL_TEST_TMP) / std::to_string(getpid());
-  std::filesystem::create_directories(folder);
-  const auto file = folder / "some.model";
+  const auto file = testing::test_folder() / "some.model";
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   return file;
 }
@@ -71,7 +67,7 @@ TEST_CASE("wrong model files are refused by name and reason", "[model]") {
   refused(replaced(good, "seed: 5", "seed: five"), "not a number");
   refused(replaced(good, "seed: 5", "seed 5"), "damaged header");
   CHECK_THROWS_WITH(read_model(written(good), "path3d"), Contains("some.model") && Contains("path3d"));
-  CHECK_THROWS_WITH(read_model(std::filesystem::path(STAIRWELL_TEST_TMP) / "absent.model"), Contains("absent.model"));
+  CHECK_THROWS_WITH(read_model(testing::test_folder() / "absent.model"), Contains("absent.model"));
 }
 
 TEST_CASE("every truncation of a model is refused", "[model]") {

@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "core/rng.hpp"
 #include "octomap_reference.hpp"
+#include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -10,8 +11,6 @@
 #include <fstream>
 #include <limits>
 #include <sstream>
-
-#include <unistd.h>
 
 using namespace stairwell;
 using namespace stairwell::mapping;
@@ -21,10 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path scratch(const std::string& name) {
-  const fs::path folder =
-      fs::path(STAIRWELL_TEST_TMP) / ("octomap_io-" + std::to_string(::getpid()));  // cases run side by side
-  fs::create_directories(folder);
-  return folder / name;
+  return testing::test_folder() / name;
 }
 
 std::string bytes_of(const fs::path& file) {

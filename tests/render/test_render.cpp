@@ -5,6 +5,7 @@
 #include "building.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -23,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path out(const std::string& name) { return fs::path(STAIRWELL_TEST_TMP) / name; }
+fs::path out(const std::string& name) { return testing::test_folder() / name; }
 
 std::string bytes_of(const fs::path& file) {
   std::ostringstream text;

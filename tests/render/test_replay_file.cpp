@@ -2,6 +2,7 @@
 #include "apps/replay_file.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path put(const std::string& name, const std::string& bytes) {
-  const fs::path file = fs::path(STAIRWELL_TEST_TMP) / name;
+  const fs::path file = testing::test_folder() / name;
   std::ofstream(file, std::ios::binary) << bytes;
   return file;
 }

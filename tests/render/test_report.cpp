@@ -5,6 +5,7 @@
 #include "apps/report_data.hpp"
 #include "apps/svg_plot.hpp"
 #include "core/errors.hpp"
+#include "tests/test_folder.hpp"
 
 #include <zlib.h>
 #include <catch2/catch.hpp>
@@ -94,7 +95,7 @@ nlohmann::json about(const std::string& plain) {
 
 /// A run folder of two UAVs with the files that a run writes.
 fs::path make_run(const std::string& name, int rows = 300) {
-  const fs::path dir = fs::path(STAIRWELL_TEST_TMP) / name;
+  const fs::path dir = testing::test_folder() / name;
   fs::remove_all(dir);
   fs::create_directories(dir);
   put(dir / "metrics.json",

@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "sim3d/world.hpp"
+#include "tests/test_folder.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,15 +12,10 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 namespace stairwell::sim3d::test {
 
 inline std::filesystem::path temporary(const std::string& name) {
-  const std::filesystem::path folder =
-      std::filesystem::path(STAIRWELL_TEST_TMP) / ("loaders-" + std::to_string(::getpid()));  // cases run side by side
-  std::filesystem::create_directories(folder);
-  return folder / name;
+  return testing::test_folder() / name;
 }
 
 inline std::filesystem::path write_text(const std::string& name, const std::string& text) {
