@@ -33,7 +33,9 @@ constexpr double kCorridorHalf_m = 1.05;
 constexpr double kStairWidth_m = 3.1;
 constexpr double kStairLanding_m = 1.1;  ///< between corridor wall and stair opening
 constexpr double kMinRoom_m = 2.6;
-constexpr double kFloorOffset_m = -0.05;  ///< floors lie inside the voxels of a 0.1 m map, not on their faces
+constexpr double kRoomDepth_m = 6.0;       ///< of rooms in buildings so deep that they have several corridors, about
+constexpr double kCrossCorridor_m = 40.0;  ///< one in about so much width, in those buildings
+constexpr double kFloorOffset_m = -0.05;   ///< floors lie inside the voxels of a 0.1 m map, not on their faces
 // A gap is either closed or at least this wide, so that clutter, inflated by a robot of 0.3 m and some spare, never
 // joins with anything else: rooms stay connected by construction.
 constexpr double kMinGap_m = 0.85;
@@ -136,6 +138,8 @@ void wall_along_y(SceneWriter& scene, double x, Span y, Span z, const std::vecto
 
 /// What all storeys share.
 struct Plan {
+  static constexpr double kBetweenRows_m = 2.0 * kCorridorHalf_m + 3.0 * kWall_m;  ///< a corridor and walls of two rows
+
   Span x;  ///< interior
   Span y;
   bool stairs_east = true;
@@ -145,12 +149,21 @@ struct Plan {
   bool flights = true;
   int storeys = 1;
   double height_m = 3.0;
+  int more_corridors = 0;       ///< parallel to the first one, on each side of it
+  std::vector<Span> crossings;  ///< corridors along y that join them
 
   double floor_z(int storey) const { return storey * height_m + kFloorOffset_m; }
   Span room_z(int storey) const { return {floor_z(storey), floor_z(storey) + height_m - kSlab_m}; }
   Span side_y(bool north) const {
     const double inner = kCorridorHalf_m + 0.5 * kWall_m;
     return north ? Span{inner, y.hi} : Span{y.lo, -inner};
+  }
+  /// Depth of the rows of rooms: one next to the first corridor, two between any two corridors.
+  double row_m() const { return (side_y(true).size() - more_corridors * kBetweenRows_m) / (2 * more_corridors + 1); }
+  /// Along y, of what lies `from` to `to` metres beyond the first corridor.
+  Span away_y(bool north, double from, double to) const {
+    const Span side = side_y(north);
+    return north ? Span{side.lo + from, side.lo + to} : Span{side.hi - to, side.hi - from};
   }
 };
 
@@ -166,7 +179,18 @@ Plan make_plan(const GeneratorConfig& config) {
   plan.stairs_north = rng.uniform() < 0.5;
   plan.stair_x =
       plan.stairs_east ? Span{plan.x.hi - kStairWidth_m, plan.x.hi} : Span{plan.x.lo, plan.x.lo + kStairWidth_m};
-  const Span side = plan.side_y(plan.stairs_north);
+  const double side_m = plan.side_y(true).size();
+  plan.more_corridors =
+      static_cast<int>(std::round((side_m - kRoomDepth_m) / (2.0 * (kRoomDepth_m + kCorridorHalf_m))));
+  const int crossings = plan.more_corridors == 0 ? 0 : std::max(1, static_cast<int>(plan.x.size() / kCrossCorridor_m));
+  for (int i = 0; i < crossings; ++i) {  // the first at the end without stairs
+    const double lo = plan.x.size() / crossings * i;
+    const double hi = lo + 2.0 * kCorridorHalf_m;
+    plan.crossings.push_back(plan.stairs_east ? Span{plan.x.lo + lo, plan.x.lo + hi}
+                                              : Span{plan.x.hi - hi, plan.x.hi - lo});
+  }
+  std::sort(plan.crossings.begin(), plan.crossings.end(), [](Span a, Span b) { return a.lo < b.lo; });
+  const Span side = plan.away_y(plan.stairs_north, 0.0, plan.row_m());
   const double length = std::min(4.0, side.size() - kStairLanding_m);
   plan.opening_y = plan.stairs_north ? Span{side.lo + kStairLanding_m, side.lo + kStairLanding_m + length}
                                      : Span{side.hi - kStairLanding_m - length, side.hi - kStairLanding_m};
@@ -251,8 +275,8 @@ Rectangle door_in(Rng& rng, Span side, Span z) {
   return {{lo, lo + width}, {z.lo, z.lo + std::min(2.1, z.size() - 0.1)}};
 }
 
-/// Rooms of one side of the corridor on one storey, with doors to the corridor and some between the rooms.
-std::vector<Rectangle> write_rooms(SceneWriter& scene, Rng& rng, Span x, Span y, Span z) {
+/// A row of rooms on one storey, north or south of a corridor, with doors to the corridor and some between the rooms.
+std::vector<Rectangle> write_rooms(SceneWriter& scene, Rng& rng, Span x, Span y, Span z, bool north) {
   std::vector<double> borders{x.lo};
   while (x.hi - borders.back() > 2.0 * kMinRoom_m) {
     const double widest = std::min(7.0, x.hi - borders.back() - kMinRoom_m);
@@ -260,7 +284,6 @@ std::vector<Rectangle> write_rooms(SceneWriter& scene, Rng& rng, Span x, Span y,
   }
   borders.push_back(x.hi);
 
-  const bool north = y.lo > 0.0;
   std::vector<Rectangle> corridor_doors;
   std::vector<std::vector<Box2>> keep_clear(borders.size() - 1);
   for (std::size_t i = 0; i + 1 < borders.size(); ++i) {
@@ -289,6 +312,51 @@ std::vector<Rectangle> write_rooms(SceneWriter& scene, Rng& rng, Span x, Span y,
   return corridor_doors;
 }
 
+/// A row of rooms with the wall to their corridor, which is north or south of them; rooms end where stairs begin.
+void write_row(SceneWriter& scene, Rng& rng, const Plan& plan, Span x, Span y, Span z, bool north, bool stairs) {
+  Span rooms = x;
+  std::vector<Rectangle> doors;
+  if (stairs) {
+    const double wall = plan.stairs_east ? plan.stair_x.lo - 0.5 * kWall_m : plan.stair_x.hi + 0.5 * kWall_m;
+    wall_along_y(scene, wall, y, z, {});
+    (plan.stairs_east ? rooms.hi : rooms.lo) = wall + (plan.stairs_east ? -0.5 : 0.5) * kWall_m;
+    doors.push_back(
+        {{plan.stair_x.mid() - 0.6, plan.stair_x.mid() + 0.6}, {z.lo, z.lo + std::min(2.1, z.size() - 0.1)}});
+  }
+  const std::vector<Rectangle> room_doors = write_rooms(scene, rng, rooms, y, z, north);
+  doors.insert(doors.end(), room_doors.begin(), room_doors.end());
+  wall_along_x(scene, x, north ? y.lo - 0.5 * kWall_m : y.hi + 0.5 * kWall_m, z, doors);
+}
+
+/// The rows of rooms on one side of the first corridor on one storey, between two crossings or outer walls.
+void write_block(SceneWriter& scene, Rng& rng, const Plan& plan, Span x, bool north, Span z) {
+  const double row = plan.row_m();
+  const bool stairs = north == plan.stairs_north && x.lo <= plan.stair_x.lo && plan.stair_x.hi <= x.hi;
+  for (int i = 0; i <= plan.more_corridors; ++i) {
+    const double near = i * (2.0 * row + Plan::kBetweenRows_m);
+    double far = near + row;
+    write_row(scene, rng, plan, x, plan.away_y(north, near, far), z, north, stairs && i == 0);
+    if (i < plan.more_corridors) {
+      wall_along_x(scene, x, plan.away_y(north, far, far + kWall_m).mid(), z, {});
+      write_row(scene, rng, plan, x, plan.away_y(north, far + kWall_m, far + kWall_m + row), z, !north, false);
+      far += kWall_m + row;
+    }
+    const Span ends = plan.away_y(north, near - kWall_m, i < plan.more_corridors ? far + kWall_m : far);
+    if (x.lo > plan.x.lo) wall_along_y(scene, x.lo - 0.5 * kWall_m, ends, z, {});
+    if (x.hi < plan.x.hi) wall_along_y(scene, x.hi + 0.5 * kWall_m, ends, z, {});
+  }
+}
+
+/// One side of the first corridor on one storey.
+void write_side(SceneWriter& scene, Rng& rng, const Plan& plan, bool north, Span z) {
+  double from = plan.x.lo;
+  for (const Span crossing : plan.crossings) {
+    if (crossing.lo > from) write_block(scene, rng, plan, {from, crossing.lo - kWall_m}, north, z);
+    from = crossing.hi + kWall_m;
+  }
+  if (from < plan.x.hi) write_block(scene, rng, plan, {from, plan.x.hi}, north, z);
+}
+
 void write_storey(SceneWriter& scene, const Plan& plan, const GeneratorConfig& config, int storey) {
   Rng rng = make_rng(config.seed, "generator/storey" + std::to_string(storey));
   const Span z = plan.room_z(storey);
@@ -305,21 +373,7 @@ void write_storey(SceneWriter& scene, const Plan& plan, const GeneratorConfig& c
   if (plan.flights && storey + 1 < plan.storeys) {
     write_flights(scene, plan, storey);
   }
-  for (const bool north : {false, true}) {
-    const Span y = plan.side_y(north);
-    Span x = plan.x;
-    std::vector<Rectangle> doors;
-    if (north == plan.stairs_north) {
-      const double wall = plan.stairs_east ? plan.stair_x.lo - 0.5 * kWall_m : plan.stair_x.hi + 0.5 * kWall_m;
-      wall_along_y(scene, wall, y, z, {});
-      (plan.stairs_east ? x.hi : x.lo) = wall + (plan.stairs_east ? -0.5 : 0.5) * kWall_m;
-      doors.push_back(
-          {{plan.stair_x.mid() - 0.6, plan.stair_x.mid() + 0.6}, {z.lo, z.lo + std::min(2.1, z.size() - 0.1)}});
-    }
-    const std::vector<Rectangle> room_doors = write_rooms(scene, rng, x, y, z);
-    doors.insert(doors.end(), room_doors.begin(), room_doors.end());
-    wall_along_x(scene, plan.x, north ? kCorridorHalf_m : -kCorridorHalf_m, z, doors);
-  }
+  for (const bool north : {false, true}) write_side(scene, rng, plan, north, z);
 }
 
 void write_shell(SceneWriter& scene, const Plan& plan) {

@@ -1,6 +1,6 @@
 // Connectivity of generated buildings and of worlds/*.sdf, on their primitives (boxes, cylinders, spheres).
-#include "core/errors.hpp"
 #include "sim3d/generator.hpp"
+#include "core/errors.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -24,6 +24,7 @@ using stairwell::sim3d::generate_building;
 using stairwell::sim3d::GeneratorConfig;
 
 struct Primitive {
+  std::string name;
   enum class Kind { kBox, kCylinder, kSphere } kind = Kind::kBox;
   Eigen::Isometry3d T_world_shape = Eigen::Isometry3d::Identity();
   Eigen::Vector3d half_m = Eigen::Vector3d::Zero();  ///< cylinder: radius, radius, half length
@@ -53,30 +54,31 @@ std::vector<double> numbers_in(const std::string& text) {
 
 std::vector<Primitive> primitives_of(const std::string& sdf) {
   static const std::regex shape(
-      "<collision name=\"[^\"]*\"><pose>([^<]*)</pose><geometry>"
+      "<collision name=\"([^\"]*)\"><pose>([^<]*)</pose><geometry>"
       "(?:<box><size>([^<]*)</size></box>|<cylinder><radius>([^<]*)</radius><length>([^<]*)</length></cylinder>|"
       "<sphere><radius>([^<]*)</radius></sphere>)</geometry></collision>");
   std::vector<Primitive> found;
   for (std::sregex_iterator it(sdf.begin(), sdf.end(), shape), end; it != end; ++it) {
-    const std::vector<double> pose = numbers_in((*it)[1]);
+    const std::vector<double> pose = numbers_in((*it)[2]);
     REQUIRE(pose.size() == 6);
     Primitive primitive;
+    primitive.name = (*it)[1];
     primitive.T_world_shape.translation() = Eigen::Vector3d(pose[0], pose[1], pose[2]);
     primitive.T_world_shape.linear() =
         (Eigen::AngleAxisd(pose[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pose[4], Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(pose[3], Eigen::Vector3d::UnitX()))
             .toRotationMatrix();
-    if ((*it)[2].matched) {
-      const std::vector<double> size = numbers_in((*it)[2]);
+    if ((*it)[3].matched) {
+      const std::vector<double> size = numbers_in((*it)[3]);
       REQUIRE(size.size() == 3);
       primitive.half_m = 0.5 * Eigen::Vector3d(size[0], size[1], size[2]);
-    } else if ((*it)[3].matched) {
+    } else if ((*it)[4].matched) {
       primitive.kind = Primitive::Kind::kCylinder;
-      const double radius = std::stod((*it)[3]);
-      primitive.half_m = {radius, radius, 0.5 * std::stod((*it)[4])};
+      const double radius = std::stod((*it)[4]);
+      primitive.half_m = {radius, radius, 0.5 * std::stod((*it)[5])};
     } else {
       primitive.kind = Primitive::Kind::kSphere;
-      primitive.half_m.setConstant(std::stod((*it)[5]));
+      primitive.half_m.setConstant(std::stod((*it)[6]));
     }
     REQUIRE(primitive.half_m.minCoeff() > 0.0);
     found.push_back(primitive);
@@ -215,6 +217,16 @@ std::vector<Eigen::Vector3d> starts_in(const std::string& sdf) {
 constexpr double kStep_m = 0.1;
 constexpr double kClearance_m = 0.35;
 
+void check_connected(const GeneratorConfig& config) {
+  CAPTURE(config.seed, config.storeys, config.width_m, config.depth_m, config.storey_height_m);
+  FreeLattice lattice(primitives_of(generate_building(config)), kStep_m, kClearance_m);
+  REQUIRE(lattice.flood({0.0, 0.0, 0.95}));
+  CHECK_FALSE(lattice.leaked());
+  INFO("first missed " << lattice.first_missed_m().transpose());
+  CHECK(lattice.missed() == 0);
+  CHECK(lattice.highest_reached_m() > (config.storeys - 1) * config.storey_height_m + 1.0);
+}
+
 }  // namespace
 
 TEST_CASE("generated buildings are closed and connected for a robot of 0.3 m radius") {
@@ -225,13 +237,23 @@ TEST_CASE("generated buildings are closed and connected for a robot of 0.3 m rad
     config.width_m = 9.0 + static_cast<double>(seed % 5) * 2.7;
     config.depth_m = 8.0 + static_cast<double>(seed % 4) * 1.9;
     config.storey_height_m = 2.4 + 0.2 * static_cast<double>(seed % 7);
-    CAPTURE(seed, config.storeys, config.width_m, config.depth_m, config.storey_height_m);
-    FreeLattice lattice(primitives_of(generate_building(config)), kStep_m, kClearance_m);
-    REQUIRE(lattice.flood({0.0, 0.0, 0.95}));
-    CHECK_FALSE(lattice.leaked());
-    INFO("first missed " << lattice.first_missed_m().transpose());
-    CHECK(lattice.missed() == 0);
-    CHECK(lattice.highest_reached_m() > (config.storeys - 1) * config.storey_height_m + 1.0);
+    check_connected(config);
+  }
+}
+
+TEST_CASE("so are buildings with several corridors, whose rooms are no deeper than others") {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    GeneratorConfig config;
+    config.seed = seed;
+    config.storeys = 2;
+    config.width_m = seed % 2 == 0 ? 9.0 : 81.0;
+    config.depth_m = 28.2 + static_cast<double>(seed % 3) * 14.0;
+    check_connected(config);
+    Eigen::Vector3d largest_m = Eigen::Vector3d::Zero();
+    for (const Primitive& p : primitives_of(generate_building(config))) {
+      if (p.name.starts_with("wall")) largest_m = largest_m.cwiseMax(2.0 * p.half_m);
+    }
+    CHECK(largest_m.y() < 20.0);  // two rows, of rooms of less than 10 m
   }
 }
 
