@@ -126,8 +126,10 @@ class FrontierStrategy : public CoverageStrategy {
                                               const std::vector<Stop>& stops);
   std::vector<Stop> own_work(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                              std::vector<Stop> stops) const;
-  std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew,
+  std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew, const std::vector<Stop>& stops,
                               const std::vector<Stop>& unseen) const;
+  std::vector<Stop> leading_stops(const AssignmentRequest& request, const Crew& crew,
+                                  const std::vector<Stop>& stops) const;
   void close_done_parts(const planning3d::FreeSpace& space, const AssignmentRequest& request,
                         const std::vector<Stop>& stops, const std::vector<Stop>& unseen) const;
   static bool answers_for(const AssignmentRequest& request, std::size_t part);

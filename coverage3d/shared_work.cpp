@@ -9,26 +9,27 @@
 namespace stairwell::coverage3d {
 namespace {
 
-constexpr double kTrusted_m = 6.0;   // what a UAV has passed nearer than this it has probably seen, ...
-constexpr double kBlind_m = 2.0;     // ... with no more than so much unknown space between, which may hold a wall
+constexpr double kBlind_m = 2.0;     // of unknown space, which may hold a wall, between a UAV and what it has seen
 constexpr std::size_t kSampled = 6;  // voxels of a cluster that are asked for
 
 constexpr double kLinkStep_m = 0.5;
 constexpr double kLinkStepsPerPart = 5.0;
-constexpr double kDone = 0.25;     // a part of a cell is done when less of it is unknown and can be got at
-constexpr double kAsGood_s = 1.5;  // ways to the own cells that are no more than this longer than the best
+constexpr double kDone = 0.25;      // a part of a cell is done when less of it is unknown and can be got at
+constexpr double kClaimed_m = 7.5;  // an open part farther than this from all that anybody knows to visit is done
+constexpr double kAsGood_s = 1.5;   // ways to the own cells that are no more than this longer than the best
 
 /// @param uav  may be nobody
 bool shares_map(const AssignmentRequest& request, std::size_t uav) {
   return uav < request.uavs.size() && request.uavs[uav].shares_map;
 }
 
-/// Whether somebody there has probably seen it, as far as this map can tell.
+/// Whether somebody there has probably seen it, as far as this map can tell: the sensor reaches it, and no wall is known
+/// between, nor unknown space that may well hold one.
 bool seen_from(const mapping::OccupancyMap& map, const SensorModel& sensor, const Eigen::Vector3d& from_m,
                const Eigen::Vector3d& target_m) {
   const Eigen::Vector3d offset_m = target_m - from_m;
   const double up_rad = std::atan2(offset_m.z(), offset_m.head<2>().norm());
-  if (offset_m.norm() > std::min(kTrusted_m, sensor.max_range_m)) return false;
+  if (offset_m.norm() > sensor.max_range_m) return false;
   if (up_rad < sensor.elevation_lo_rad || up_rad > sensor.elevation_hi_rad) return false;
   double blind_m = 0.0;
   return walk_voxels(map.grid(), from_m, target_m, [&](const VoxelIndex& v) {
@@ -132,33 +133,46 @@ void FrontierStrategy::close_done_parts(const planning3d::FreeSpace& space, cons
     if (!busy[part] && linked[part] < kDone) tasks.close_part(part, static_cast<std::size_t>(speaker));
     if (busy[part] && shares_map(request, tasks.closer(part))) tasks.reopen_part(part);
   }
+  for (std::size_t uav = 0; uav < request.uavs.size(); ++uav)
+    if (request.uavs[uav].shares_map) tasks.claim(uav, busy);
 }
 
-/// What the UAVs that share this map have to visit of what absent ones have not seen: what nobody has said is done; or
-/// else what leads to their cells best.
-std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
-                                                                const std::vector<Stop>& unseen) const {
+/// Those of the stops that lead soonest to cells which the UAVs that share this map answer for and where somebody
+/// knows of something to visit.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::leading_stops(const AssignmentRequest& request, const Crew& crew,
+                                                                    const std::vector<Stop>& stops) const {
   const TaskBoard& tasks = *request.tasks;
+  std::vector<Eigen::Vector3d> wanted_m;
+  for (std::size_t part = 0; part < tasks.parts(); ++part) {
+    if (answers_for(request, part) && tasks.claimed_near(part, kClaimed_m))
+      wanted_m.push_back(tasks.part_center_m(part));
+  }
+  std::vector<Stop> soonest;
+  if (wanted_m.empty() || stops.empty()) return soonest;
+  std::vector<double> times_s;
+  for (const Stop& stop : stops) {
+    double beyond_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& center_m : wanted_m)
+      beyond_m = std::min(beyond_m, (center_m - stop.cluster->center_m).norm());
+    times_s.push_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps);
+  }
+  const double best_s = *std::ranges::min_element(times_s);
+  for (std::size_t i = 0; i < stops.size() && std::isfinite(best_s); ++i)
+    if (times_s[i] <= best_s + kAsGood_s) soonest.push_back(stops[i]);
+  return soonest;
+}
+
+/// What the UAVs that share this map have to visit: of what absent ones have not seen what nobody has said is done, or
+/// else what leads to their cells; where absent ones have seen all, the way there leads through it.
+std::vector<FrontierStrategy::Stop> FrontierStrategy::own_stops(const AssignmentRequest& request, const Crew& crew,
+                                                                const std::vector<Stop>& stops,
+                                                                const std::vector<Stop>& unseen) const {
   std::vector<Stop> own;
   for (const Stop& stop : unseen) {
-    if (tasks.part_open(tasks.part_at(stop.cluster->center_m))) own.push_back(stop);
+    if (request.tasks->part_open(request.tasks->part_at(stop.cluster->center_m))) own.push_back(stop);
   }
-  if (!own.empty()) return own;
-  std::vector<std::pair<double, const Stop*>> leading;
-  for (const Stop& stop : unseen) {
-    double beyond_m = std::numeric_limits<double>::infinity();
-    for (std::size_t part = 0; part < tasks.parts(); ++part) {
-      if (answers_for(request, part))
-        beyond_m = std::min(beyond_m, (tasks.part_center_m(part) - stop.cluster->center_m).norm());
-    }
-    leading.emplace_back(soonest_s(crew, stop.pose()) + beyond_m / config_.limits.speed_mps, &stop);
-  }
-  double best_s = std::numeric_limits<double>::infinity();
-  for (const auto& [time_s, stop] : leading) best_s = std::min(best_s, time_s);
-  if (std::isfinite(best_s)) {
-    for (const auto& [time_s, stop] : leading)
-      if (time_s <= best_s + kAsGood_s) own.push_back(*stop);
-  }
+  if (own.empty()) own = leading_stops(request, crew, unseen);
+  if (own.empty()) own = leading_stops(request, crew, stops);
   return own;
 }
 
@@ -188,8 +202,8 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::own_work(const planning3d:
   }
   close_done_parts(space, request, stops, unseen);
   if (std::ranges::all_of(request.uavs, &UavView::shares_map)) return stops;
-  std::vector<Stop> work = own_stops(request, crew, unseen);
-  if (work.empty() && take_over(request)) work = own_stops(request, crew, unseen);
+  std::vector<Stop> work = own_stops(request, crew, stops, unseen);
+  if (work.empty() && take_over(request)) work = own_stops(request, crew, stops, unseen);
   return work;
 }
 

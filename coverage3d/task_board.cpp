@@ -83,6 +83,18 @@ void TaskBoard::reopen_part(std::size_t part) {
   cell.open_sum_m += part_center_m(part);
 }
 
+void TaskBoard::claim(std::size_t uav, std::vector<bool> parts) { claims_[uav] = std::move(parts); }
+
+bool TaskBoard::claimed_near(std::size_t part, double radius_m) const {
+  const Eigen::Vector3d at_m = part_center_m(part);
+  for (const auto& [uav, parts] : claims_) {
+    for (std::size_t other = 0; other < parts.size(); ++other) {
+      if (parts[other] && part_open(other) && (part_center_m(other) - at_m).norm() <= radius_m) return true;
+    }
+  }
+  return false;
+}
+
 Eigen::Vector3d TaskBoard::center_m(std::size_t cell) const {
   const Cell& one = cells_[cell];
   if (one.open_parts == 0) return coarse_.center_m(cell);
@@ -162,12 +174,15 @@ void TaskBoard::give_up(std::size_t uav) {
   for (Cell& cell : cells_) {
     if (cell.owner == uav) cell.owner = kNobody;
   }
+  claims_.erase(uav);
 }
 
 nlohmann::json TaskBoard::to_json() const {
   nlohmann::json owners = nlohmann::json::array();
   for (const Cell& cell : cells_) owners.push_back(cell.owner);
-  return {{"owners", owners}, {"closed_by", parts_}};
+  nlohmann::json claims = nlohmann::json::array();
+  for (const auto& [uav, parts] : claims_) claims.push_back({{"uav", uav}, {"parts", parts}});
+  return {{"owners", owners}, {"closed_by", parts_}, {"claims", claims}};
 }
 
 void TaskBoard::from_json(const nlohmann::json& json) {
@@ -175,6 +190,13 @@ void TaskBoard::from_json(const nlohmann::json& json) {
   const auto owners = json.at("owners").get<std::vector<std::size_t>>();
   if (owners.size() != cells_.size() || closed_by.size() != parts_.size())
     throw InputError("the saved task list is of another task box");
+  std::map<std::size_t, std::vector<bool>> claims;
+  for (const nlohmann::json& one : json.at("claims")) {
+    auto parts = one.at("parts").get<std::vector<bool>>();
+    if (parts.size() != parts_.size()) throw InputError("the saved task list is of another task box");
+    claims[one.at("uav").get<std::size_t>()] = std::move(parts);
+  }
+  claims_ = std::move(claims);
   parts_ = closed_by;
   for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i].owner = owners[i];
   count_open_parts();

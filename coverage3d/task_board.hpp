@@ -8,15 +8,17 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <optional>
 #include <vector>
 
 namespace stairwell::coverage3d {
 
 /// The task lists that UAVs tell each other at any distance: the cells of the task box that are still to be explored,
-/// who answers for each, and which parts of them (halves along each long enough edge) are done. No map is told: a part
-/// is done when some UAV says so, from what its own map holds. Cells change hands among UAVs that meet, or when one
-/// that has nothing left to do announces that it takes some of another's.
+/// who answers for each, which parts of them (halves along each long enough edge) are done, and in which somebody knows
+/// of something to visit. No map is told: a part is done when some UAV says so, from what its own map holds. Cells
+/// change hands among UAVs that meet, or when one that has nothing left to do announces that it takes some of
+/// another's.
 class TaskBoard {
  public:
   static constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
@@ -52,6 +54,12 @@ class TaskBoard {
   void close_part(std::size_t part, std::size_t uav);
   /// It was not done after all.
   void reopen_part(std::size_t part);
+
+  /// What the UAV knows to visit: a flag for every part; what it said before is replaced.
+  void claim(std::size_t uav, std::vector<bool> parts);
+  /// Whether some UAV knows of something to visit within `radius_m` of this part. Where nobody does, a part that is
+  /// still open is so because no map shows all of it, not because nobody has been there.
+  bool claimed_near(std::size_t part, double radius_m) const;
 
   /// UAVs that part share out what any of them answers for, and what nobody does, by tours of like length.
   void share(const std::vector<Worker>& workers);
@@ -91,7 +99,8 @@ class TaskBoard {
   Tiling coarse_;
   Tiling fine_;
   std::vector<Cell> cells_;
-  std::vector<std::size_t> parts_;  ///< who closed each, kNobody while it is open
+  std::vector<std::size_t> parts_;                   ///< who closed each, kNobody while it is open
+  std::map<std::size_t, std::vector<bool>> claims_;  ///< by UAV
 };
 
 }  // namespace stairwell::coverage3d

@@ -153,3 +153,30 @@ TEST_CASE("parts are done when anybody's map says so, and nobody flies for what 
   for (std::size_t i = 0; i < tasks.parts(); ++i) done += tasks.closer(i) == 0 ? 1 : 0;
   CHECK(2 * done > tasks.parts());  // although they are the absent one's
 }
+
+TEST_CASE(
+    "ways to what a UAV answers for lead through what others have done, while somebody knows what is to be seen "
+    "there") {
+  HalfSeen scene(false);
+  UavView absent;
+  absent.position_m = scene.config.box.max_m;
+  absent.placed = false;
+  absent.shares_map = false;
+  scene.request.uavs.push_back(absent);
+  TaskBoard tasks(scene.config.box, scene.config.limits.speed_mps);
+  tasks.share({{0, scene.request.uavs[0].position_m}});
+  scene.request.tasks = &tasks;
+  const std::size_t last = tasks.part_at(absent.position_m);
+  for (std::size_t part = 0; part < tasks.parts(); ++part) {
+    if (part != last) tasks.close_part(part, 1);
+  }
+  const auto strategy = make_strategy("frontiers", scene.config);
+  CHECK_FALSE(settled(*strategy, scene).goals[0].has_value());
+  REQUIRE(tasks.part_open(last));  // no map shows all of it
+  std::vector<bool> claims(tasks.parts(), false);
+  claims[last] = true;
+  tasks.claim(1, claims);
+  CHECK(settled(*strategy, scene).goals[0].has_value());
+  scene.request.passed_m = {scene.request.uavs[0].position_m};  // from there others have seen all that can be visited
+  CHECK(settled(*strategy, scene).goals[0].has_value());
+}

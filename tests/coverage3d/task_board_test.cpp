@@ -154,11 +154,41 @@ TEST_CASE("who has nothing left takes from the one that has most, but not where 
   }
 }
 
+TEST_CASE("a part is near a claim while somebody claims an open part there") {
+  TaskBoard board(kBox, kSpeed_mps);
+  const auto claims_of = [&board](std::size_t part) {
+    std::vector<bool> parts(board.parts(), false);
+    parts[part] = true;
+    return parts;
+  };
+  const std::size_t here = board.part_at({0, 0, 1});
+  const std::size_t beside = board.part_at({2.5, 0, 1});
+  const std::size_t far = board.part_at({14, 14, 1});
+  CHECK_FALSE(board.claimed_near(here, 100.0));
+  board.claim(0, claims_of(here));
+  CHECK(board.claimed_near(here, 0.0));
+  CHECK(board.claimed_near(beside, 3.0));
+  CHECK_FALSE(board.claimed_near(far, 3.0));
+  board.close_part(here, 1);
+  CHECK_FALSE(board.claimed_near(here, 100.0));
+  board.reopen_part(here);
+  board.claim(1, claims_of(far));
+  board.claim(0, claims_of(beside));  // and no longer what it claimed before
+  CHECK_FALSE(board.claimed_near(here, 0.0));
+  CHECK(board.claimed_near(far, 0.0));
+  board.give_up(1);
+  CHECK_FALSE(board.claimed_near(far, 3.0));
+  CHECK(board.claimed_near(beside, 0.0));
+}
+
 TEST_CASE("a task board is saved and read back") {
   TaskBoard board(kBox, kSpeed_mps);
   board.share({{0, {-14, 0, 1}}, {1, {-14, 2, 1}}});
   board.close_part(3, 1);
   board.give_up(1);
+  std::vector<bool> claims(board.parts(), false);
+  claims[5] = true;
+  board.claim(2, claims);
   TaskBoard copy(kBox, kSpeed_mps);
   copy.from_json(board.to_json());
   for (std::size_t i = 0; i < board.size(); ++i) {
@@ -166,7 +196,10 @@ TEST_CASE("a task board is saved and read back") {
     CHECK(copy.owner(i) == board.owner(i));
     CHECK(copy.center_m(i) == board.center_m(i));
   }
-  for (std::size_t part = 0; part < board.parts(); ++part) CHECK(copy.closer(part) == board.closer(part));
+  for (std::size_t part = 0; part < board.parts(); ++part) {
+    CHECK(copy.closer(part) == board.closer(part));
+    CHECK(copy.claimed_near(part, 0.0) == (part == 5));
+  }
   TaskBoard other(Aabb{{0.0, 0.0, 0.0}, {5.0, 5.0, 3.0}}, kSpeed_mps);
   CHECK_THROWS_AS(other.from_json(board.to_json()), InputError);
 }
