@@ -100,6 +100,10 @@ const std::vector<Entry>& task_entries() {
        "",
        [](RunConfig& c, const std::string& t) { c.uavs = parse_count(t); }},
       {{"starts", "", "", "list of [x, y, z, yaw_deg]"}, "", apply_starts},
+      {{"start_spread_m", "--start-spread", "M",
+        "move every start by up to so much along x and y, drawn from the seed"},
+       "0",
+       number([](RunConfig& c) -> double& { return c.start_spread_m; })},
       {{"mode", "--mode", "slice|volume", "fly in horizontal layers, or anywhere"},
        "volume",
        [](RunConfig& c, const std::string& t) {
@@ -401,13 +405,14 @@ void record_resolved(const RunConfig& config, Settings& settings) {
   std::istringstream given_texts(given == settings.end() ? "" : given->second.text);
   for (const Start& start : config.starts) {
     std::string text;
-    if (!std::getline(given_texts, text, ';')) {
+    if (!std::getline(given_texts, text, ';') || config.start_spread_m > 0.0) {
       const Eigen::Vector3d& p = start.position_m;
       text = joined({p.x(), p.y(), p.z(), deg_from_rad(start.yaw_rad)});
     }
     starts += (starts.empty() ? "" : ";") + text;
   }
   settings["starts"] = {starts, "starts"};
+  settings["start_spread_m"] = {"0", "start_spread_m"};  // these are moved already
   settings["uavs"] = {std::to_string(config.uavs), "uavs"};
   settings["world"].text = std::filesystem::absolute(config.world).lexically_normal().string();
 }
@@ -424,6 +429,9 @@ std::vector<std::string> RunConfig::problems() const {
   if (starts.size() > uavs) {
     found.push_back("--start is given " + std::to_string(starts.size()) + " times for " + std::to_string(uavs) +
                     " UAVs: raise --uavs or remove starts");
+  }
+  if (!(start_spread_m >= 0.0) || !std::isfinite(start_spread_m)) {
+    found.emplace_back("--start-spread must be a number of metres that is not negative");
   }
   if (!(target_coverage > 0.0) || target_coverage > 1.0) {
     found.emplace_back("--target-coverage must be above 0 and at most 1");

@@ -27,6 +27,7 @@ struct RunConfig {
   bool box_given = false;
   std::size_t uavs = 1;
   std::vector<Start> starts;     ///< as given; `complete` fills up to `uavs`
+  double start_spread_m = 0.0;   ///< every start is moved by up to this along x and y, drawn from the seed
   double target_coverage = 1.0;  ///< the run ends when this much of the explorable space is known; 1 = never
   bool noise = false;
   std::optional<double> radio_range_m;  ///< of the exchange of maps; nullopt: unlimited

@@ -2,6 +2,7 @@
 
 #include "apps/option_values.hpp"
 #include "core/errors.hpp"
+#include "core/rng.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,8 @@ namespace {
 constexpr double kStandingSlack_m = 0.05;  ///< a body standing on a floor is free after a lift of its radius and this
 constexpr double kLiftStep_m = 0.01;
 constexpr double kColumnStep_m = 0.05;
-constexpr double kSpacing_m = 1.2;      ///< between starts that were chosen here
+constexpr double kSpacing_m = 1.2;  ///< between starts that were chosen here
+constexpr int kSpreadAttempts = 50;
 constexpr double kHoverHeight_m = 0.8;  ///< above the lowest free position
 
 std::string text_of(const Eigen::Vector3d& p) {
@@ -220,6 +222,39 @@ void add_starts(const RunConfig& config, const sim3d::GroundTruth& truth, std::v
   }
 }
 
+/// Whether the robot can move straight from one start to the other.
+bool joined(const RunConfig& config, const sim3d::GroundTruth& truth, const CheckedStart& from,
+            const CheckedStart& to) {
+  const Eigen::Vector3d way_m = to.airborne_m - from.airborne_m;
+  const int steps = static_cast<int>(std::ceil(way_m.norm() / kColumnStep_m));
+  for (int i = 0; i <= steps; ++i) {
+    if (!truth.sphere_free(from.airborne_m + i * way_m / std::max(1, steps), config.fleet.robot.radius_m)) return false;
+  }
+  return true;
+}
+
+/// Moves every start, one after the other.
+void spread(const RunConfig& config, const sim3d::GroundTruth& truth, std::vector<CheckedStart>& starts) {
+  Rng rng = make_rng(config.fleet.seed, "starts");
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    std::vector<CheckedStart> others = starts;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    for (int attempt = 0; attempt < kSpreadAttempts; ++attempt) {
+      Start moved = starts[i].start;
+      for (int axis = 0; axis < 2; ++axis)
+        moved.position_m[axis] += rng.uniform(-config.start_spread_m, config.start_spread_m);
+      if (!apart(others, moved.position_m, config.fleet.fellow_clearance_m)) continue;
+      try {
+        const CheckedStart checked = check_one(config, truth, moved);
+        if (!joined(config, truth, starts[i], checked)) continue;
+        starts[i] = checked;
+        break;
+      } catch (const InputError&) {  // in a wall or outside the box
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<CheckedStart> place_starts(const RunConfig& config, const sim3d::GroundTruth& truth) {
@@ -237,6 +272,7 @@ std::vector<CheckedStart> place_starts(const RunConfig& config, const sim3d::Gro
     starts.push_back(checked);
   }
   if (starts.size() < config.uavs) add_starts(config, truth, starts);
+  if (config.start_spread_m > 0.0) spread(config, truth, starts);
   return starts;
 }
 

@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <set>
+
 namespace stairwell::apps {
 
 namespace {
@@ -140,6 +142,32 @@ TEST_CASE("chosen starts are free, apart and repeatable") {
       CHECK((starts[i].start.position_m - starts[j].start.position_m).norm() >= 1.2);
     }
   }
+}
+
+TEST_CASE("starts are moved by the seed, but into no wall, through none, and not near each other") {
+  RunConfig config;
+  const sim3d::GroundTruth truth(room(), room_grid());
+  config.fleet.task_box = room_grid().box();
+  config.starts = {{{-0.5, -1.0, 1.0}, 0.0}, {{-1.5, -0.9, 0.0}, 1.0}};
+  config.uavs = 2;
+  const std::vector<Start> given = config.starts;
+  config.start_spread_m = 1.2;
+  std::set<double> places;
+  for (config.fleet.seed = 1; config.fleet.seed <= 30; ++config.fleet.seed) {
+    const auto starts = place_starts(config, truth);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Eigen::Vector3d moved_m = starts[i].start.position_m - given[i].position_m;
+      CHECK(moved_m.head<2>().cwiseAbs().maxCoeff() <= config.start_spread_m);
+      CHECK(moved_m.z() == 0.0);
+      CHECK(starts[i].start.yaw_rad == given[i].yaw_rad);
+      CHECK(starts[i].start.position_m == place_starts(config, truth)[i].start.position_m);
+      CHECK(truth.sphere_free(starts[i].airborne_m, config.fleet.robot.radius_m));
+      CHECK(starts[i].start.position_m.x() < 0.0);  // a wall is between
+      places.insert(starts[i].start.position_m.x());
+    }
+    CHECK((starts[0].start.position_m - starts[1].start.position_m).norm() >= config.fleet.fellow_clearance_m);
+  }
+  CHECK(places.size() > 55);
 }
 
 TEST_CASE("a start on the floor takes off, one in a wall does not") {
