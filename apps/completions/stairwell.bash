@@ -32,7 +32,7 @@ _stairwell() {
       options="--uavs --start --box --mode --planner --fallback --attraction --experience --avoidance --coverage --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
         --yaw-acc-deg --motion --robot-radius --resolution --seed --time-limit --target-coverage --charge-planning --threads
-        --limits --radio-range --finish --return --battery-min --lose --stall --extrude-height --point-size --close-gaps
+        --limits --radio-range --start-spread --finish --return --battery-min --lose --stall --extrude-height --point-size --close-gaps
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     bound)
       options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
