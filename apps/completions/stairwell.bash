@@ -35,11 +35,11 @@ _stairwell() {
         --limits --radio-range --start-spread --finish --return --battery-min --lose --stall --extrude-height --point-size --close-gaps
         --voxel-size --config --set --out --resume --json --quiet --help" ;;
     bound)
-      options="--uavs --start --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
+      options="--uavs --start --start-spread --box --sensor --fov-deg --range --min-range --rate-hz --rays --samples --vmax --amax
         --yaw-rate-deg --yaw-acc-deg --robot-radius --resolution --target-coverage --extrude-height --point-size --close-gaps
         --voxel-size --limits --seed --config --set --rounds --json --quiet --help" ;;
     compare)
-      options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --box --fallback --avoidance --gain --turn-taking --layers
+      options="--modes --planners --coverage --vary --uavs --seeds --jobs --bound --start --start-spread --box --fallback --avoidance --gain --turn-taking --layers
         --sensor --fov-deg --range --min-range --rate-hz --rays --samples --noise --vmax --amax --jmax --yaw-rate-deg
         --yaw-acc-deg --motion --robot-radius --resolution --time-limit --target-coverage --charge-planning --threads
         --config --set --out --json --quiet --help" ;;
