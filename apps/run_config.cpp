@@ -306,6 +306,9 @@ const std::vector<Entry>& run_entries() {
       {{"min_growth", "", "", "share by which a map grows while exploring is worth it"},
        "0.003",
        number([](RunConfig& c) -> double& { return c.fleet.min_growth; })},
+      {{"fruitless_visits", "", "", "so many goals in a row, or 5 per UAV, that show next to nothing end the run"},
+       "20",
+       [](RunConfig& c, const std::string& t) { c.fleet.fruitless_visits = parse_count(t); }},
       {{"blacklist_time_s", "", "", "for goals that failed"}, "120", number([](RunConfig& c) -> double& {
          return c.fleet.blacklist_time_s;
        })},

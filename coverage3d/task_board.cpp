@@ -191,7 +191,7 @@ void TaskBoard::from_json(const nlohmann::json& json) {
   if (owners.size() != cells_.size() || closed_by.size() != parts_.size())
     throw InputError("the saved task list is of another task box");
   std::map<std::size_t, std::vector<bool>> claims;
-  for (const nlohmann::json& one : json.at("claims")) {
+  for (const nlohmann::json& one : json.value("claims", nlohmann::json::array())) {
     auto parts = one.at("parts").get<std::vector<bool>>();
     if (parts.size() != parts_.size()) throw InputError("the saved task list is of another task box");
     claims[one.at("uav").get<std::size_t>()] = std::move(parts);

@@ -73,6 +73,8 @@ std::unique_ptr<Belief> Belief::clone(std::uint64_t belief_id) const {
   copy->passed = passed;
   copy->yield_since_s = yield_since_s;
   copy->yield_voxels = yield_voxels;
+  copy->fruitless = fruitless;
+  copy->fruitless_voxels = fruitless_voxels;
   copy->winding_down = winding_down;
   return copy;
 }

@@ -32,6 +32,7 @@ std::vector<std::string> FleetConfig::problems() const {
   require_positive(found, patience_s, "patience");
   require_positive(found, hybrid_switch, "hybrid_switch");
   if (!(min_growth >= 0.0)) found.emplace_back("least growth of the map must not be negative");
+  if (fruitless_visits < 1) found.emplace_back("fruitless_visits must be at least 1");
   if (!(remainder_gain_m3 >= 0.0)) found.emplace_back("gain of a remainder must not be negative");
   require_positive(found, blacklist_radius_m, "blacklist radius");
   require_positive(found, blacklist_time_s, "blacklist time");

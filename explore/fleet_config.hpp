@@ -88,9 +88,10 @@ struct FleetConfig {
   bool charge_planning = true;  ///< measured computing time passes in the simulation too
   double plan_latency_s = 0.1;  ///< least time between deciding and turning on to the new trajectory
   double replan_period_s = 1.5;
-  double remainder_gain_m3 = 1.5;  ///< goals that promise less are remainders ...
-  double patience_s = 20.0;        ///< ... and when for so long there were only remainders, and the map grew by less
-  double min_growth = 0.003;       ///< than this part of itself, nothing useful is left
+  double remainder_gain_m3 = 1.5;     ///< goals that promise less are remainders ...
+  double patience_s = 20.0;           ///< ... and when for so long there were only remainders, and the map grew by less
+  double min_growth = 0.003;          ///< than this part of itself, nothing useful is left; ...
+  std::size_t fruitless_visits = 20;  ///< ... nor when so many goals (or 5 per UAV) in a row showed next to nothing
   double blacklist_radius_m = 0.6;
   double blacklist_time_s = 120.0;
   std::uint64_t seed = 1;

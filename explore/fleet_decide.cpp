@@ -33,6 +33,8 @@ constexpr double kRescan_m = 0.5;         // no second radial scan within this d
 constexpr double kLatencyHeadroom = 1.5;  // plans depart this many of the last computing times ahead
 constexpr double kMaxLatency_s = 1.0;
 constexpr double kMakeWayReach_m = 4.0;
+constexpr std::size_t kFruitlessEach = 5;
+constexpr double kKept = 1.0 / 3.0;  // of what a remainder promises
 constexpr double kLookEvery_s = 0.5;
 
 bool same_goal(const Goal& a, const Goal& b) {
@@ -200,6 +202,7 @@ void Fleet::Impl::arrive(Uav& uav) {
   if (uav.goal && uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal)) {
     uav.belief->strategy->report_failure(*uav.goal, now_s());
     log.on_event(now_s(), uav.id, "goal_failed", "nothing_new_seen");
+    ++uav.belief->fruitless;
   }
   uav.goal.reset();
   enter(uav, Phase::kFindGoal);
@@ -386,9 +389,28 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
   }
 }
 
+/// Views into unknown space promise more than they show, most where it is the inside of solids: many of them in a row
+/// that showed next to nothing, for the size of the map and for goals that are no remainders, say that this is left.
+bool Fleet::Impl::promises_nothing(Belief& belief) const {
+  if (belief.fruitless < std::max(config.fruitless_visits, kFruitlessEach * belief.members.size())) return false;
+  const std::size_t known = belief.map.known_voxels();
+  const auto growth = static_cast<double>(known) - static_cast<double>(belief.fruitless_voxels);
+  const double worth_m3 = kKept * config.remainder_gain_m3 * static_cast<double>(belief.fruitless);
+  if (growth < config.min_growth * static_cast<double>(known) && growth * std::pow(config.resolution_m, 3) < worth_m3) {
+    return true;
+  }
+  belief.fruitless = 0;
+  belief.fruitless_voxels = known;
+  return false;
+}
+
 /// The last visible crumbs cost more flight than all the rest: the fleet stops when only remainders are left to fly to
 /// and, over some time, hardly anything new was seen.
 bool Fleet::Impl::worth_going_on(Belief& belief) {
+  if (promises_nothing(belief)) {
+    log.on_event(now_s(), belief.members.front(), "winding_down", "promises_not_kept");
+    return false;
+  }
   const auto out_of_it = [this](std::size_t id) { return uavs[id].stalled_s || uavs[id].lost_s; };
   const bool nobody_moves = std::ranges::all_of(belief.members, out_of_it);
   const bool promising = nobody_moves || std::ranges::any_of(belief.members, [&](std::size_t id) {

@@ -72,6 +72,7 @@ struct Fleet::Impl {
   double depart_time(const Uav& uav) const;
   void charge(Uav& uav, double computing_s);
   bool worth_going_on(Belief& belief);
+  bool promises_nothing(Belief& belief) const;
   void finish_if_nothing_left();
   void end_run_when_down();
 

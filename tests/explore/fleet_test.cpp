@@ -2,8 +2,8 @@
 #include "core/errors.hpp"
 #include "mapping/octomap_io.hpp"
 #include "sim3d/ground_truth.hpp"
-#include "tests/test_folder.hpp"
 #include "tests/explore/toy_building.hpp"
+#include "tests/test_folder.hpp"
 
 #include <octomap/OcTree.h>
 #include <catch2/catch.hpp>
@@ -55,6 +55,22 @@ struct RecordingLog final : explore::ExplorationLog {
 
   std::map<std::string, int> events;
   std::map<std::size_t, bool> searching;
+};
+
+/// Sees nothing any more from some time on.
+class BlindedSensor final : public DepthSource {
+ public:
+  BlindedSensor(DepthSource& sensor, double from_s) : sensor_(sensor), from_s_(from_s) {}
+  const SensorModel& model() const override { return sensor_.model(); }
+  Scan capture(const Pose& T_world_sensor, double time_s) override {
+    Scan scan = sensor_.capture(T_world_sensor, time_s);
+    if (time_s >= from_s_) scan.points_m.clear();
+    return scan;
+  }
+
+ private:
+  DepthSource& sensor_;
+  double from_s_;
 };
 
 /// Who looks for a goal hovers; only an emergency stop makes a UAV look for one while it still brakes.
@@ -124,6 +140,30 @@ TEST_CASE("one UAV explores two rooms in either mode and says that nothing is le
   CHECK(known_share(fleet.map()) >= 0.98);
   CHECK_FALSE(touched);
   CHECK(fleet.stats().fallbacks == 0);
+}
+
+TEST_CASE("a fleet stops when goal after goal shows nothing") {
+  auto config = test::toy_config();
+  config.patience_s = 1e6;
+  const auto explored = [](const explore::FleetConfig& some) {
+    ToySimulation sim(test::two_rooms(), some, {{1.0, 1.0, 1.0}});
+    BlindedSensor sensor(*sim.sensors[0], 4.0);
+    RecordingLog log;
+    Fleet fleet(some, {{&sensor, sim.vehicles[0].get()}}, log, no_clock);
+    while (fleet.step()) {
+    }
+    return log.events;
+  };
+  config.fruitless_visits = 1000;
+  auto events = explored(config);
+  CHECK(events["goal_failed"] > 6);
+  CHECK(events["winding_down"] == 0);
+  config.fruitless_visits = 6;
+  events = explored(config);
+  CHECK(events["goal_failed"] == 12);  // over the first six the map had grown from nothing
+  CHECK(events["winding_down"] == 1);
+  config.min_growth = 0.0;  // nothing is less
+  CHECK(explored(config)["winding_down"] == 0);
 }
 
 TEST_CASE("UAVs keep their distance in a small building and share the work") {
