@@ -12,7 +12,8 @@ Six own worlds in both modes with four UAVs, and two buildings of published expl
 `DATA=DIR` for the latter) and the release preset, two runs side by side, planning time not charged; every run folder keeps its
 configuration and seed. Coverage is observed over explorable volume (see [metrics.md](metrics.md)); times are simulated
 seconds. "plan" and "wall" are what the computer took, on two cores with other programs at work on them: only they change
-when the table is made again.
+when the table is made again. Published rules and maps, more UAVs, turns and the building of
+twelve storeys: [exploration.md](exploration.md), each with its command.
 
 """
 COLUMNS = [
