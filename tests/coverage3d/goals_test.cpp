@@ -177,6 +177,10 @@ TEST_CASE(
   claims[last] = true;
   tasks.claim(1, claims);
   CHECK(settled(*strategy, scene).goals[0].has_value());
-  scene.request.passed_m = {scene.request.uavs[0].position_m};  // from there others have seen all that can be visited
+  for (std::size_t i = 0; i < scene.map.grid().voxel_count();
+       i += 3) {  // absent UAVs have seen all that can be visited
+    const VoxelIndex v = scene.map.grid().voxel(i);
+    if (scene.map.at(v) == Occupancy::kFree) scene.request.passed_m.push_back(scene.map.grid().center_of(v));
+  }
   CHECK(settled(*strategy, scene).goals[0].has_value());
 }
