@@ -17,9 +17,9 @@ namespace {
 constexpr double kStandingSlack_m = 0.05;  ///< a body standing on a floor is free after a lift of its radius and this
 constexpr double kLiftStep_m = 0.01;
 constexpr double kColumnStep_m = 0.05;
-constexpr double kSpacing_m = 1.2;  ///< between starts that were chosen here
-constexpr int kSpreadAttempts = 50;
+constexpr double kSpacing_m = 1.2;      ///< between starts that were chosen here
 constexpr double kHoverHeight_m = 0.8;  ///< above the lowest free position
+constexpr int kSpreadAttempts = 50;
 
 std::string text_of(const Eigen::Vector3d& p) {
   return format_number(p.x()) + "," + format_number(p.y()) + "," + format_number(p.z());

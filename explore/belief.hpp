@@ -54,7 +54,7 @@ struct Belief {
   std::map<std::size_t, std::vector<Eigen::Vector3d>> passed;  ///< see passed_m(), by UAV
   double yield_since_s = 0.0;                                  ///< last time that exploring was clearly worth it
   std::size_t yield_voxels = 0;                                ///< known voxels then
-  std::size_t fruitless = 0;                                   ///< goals at which nothing new was seen, in a row ...
+  std::size_t fruitless = 0;                                   ///< goals at which nothing new was seen ...
   std::size_t fruitless_voxels = 0;                            ///< ... since so many voxels were known
   bool winding_down = false;                                   ///< no more goals are given
 };

@@ -33,8 +33,8 @@ constexpr double kRescan_m = 0.5;         // no second radial scan within this d
 constexpr double kLatencyHeadroom = 1.5;  // plans depart this many of the last computing times ahead
 constexpr double kMaxLatency_s = 1.0;
 constexpr double kMakeWayReach_m = 4.0;
-constexpr std::size_t kFruitlessEach = 5;
-constexpr double kKept = 1.0 / 3.0;  // of what a remainder promises
+constexpr std::size_t kFruitlessEach = 5;  // goals of every UAV that show nothing new, before a fleet asks itself
+constexpr double kKept = 1.0 / 3.0;        // of what a remainder promises
 constexpr double kLookEvery_s = 0.5;
 
 bool same_goal(const Goal& a, const Goal& b) {

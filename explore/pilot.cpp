@@ -137,6 +137,14 @@ std::optional<Trajectory> Pilot::shape(const FreeSpace& space, const Uav& uav,
   return builder_.build(space, request);
 }
 
+PlanVerdict Pilot::shape_along(const FreeSpace& space, const Uav& uav, const std::vector<Eigen::Vector3d>& path_m,
+                               double yaw_rad, double depart_s, FlightDraft& draft) const {
+  draft.motion = shape(space, uav, path_m, yaw_rad, depart_s);
+  draft.path_m = path_m;
+  if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
+  return {};
+}
+
 FlightDraft Pilot::draft(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
                          const planning3d::MotionRule& rule, double depart_s, int thread) {
   FlightDraft draft;
@@ -146,10 +154,7 @@ FlightDraft Pilot::draft(const FreeSpace& space, const Uav& uav, const Eigen::Ve
   draft.request.seed = plan_seed(config_, depart_s);
   if (space.grid().voxel_count() >= kLargeMap) draft.request.max_expansions = kMostExpansions;
   const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
-    draft.motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
-    draft.path_m = plan.path_m;
-    if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
-    return {};
+    return shape_along(space, uav, plan.path_m, yaw_rad, depart_s, draft);
   };
   draft.found = planners_[static_cast<std::size_t>(thread)].decide(space, draft.request, judge);
   return draft;
@@ -181,9 +186,8 @@ FlightResult Pilot::fly(const FreeSpace& space, const Uav& uav, double yaw_rad, 
   result.wanted_path_m = draft.path_m;
   draft.request.keep_out = keep_outs(fellows, draft.request.start_m, depart_s);
   const auto judge = [&](const planning3d::PlanResult& plan, std::string_view /*planner*/) -> PlanVerdict {
-    draft.motion = shape(space, uav, plan.path_m, yaw_rad, depart_s);
-    draft.path_m = plan.path_m;
-    if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
+    const PlanVerdict shaped = shape_along(space, uav, plan.path_m, yaw_rad, depart_s, draft);
+    if (shaped.kind != PlanVerdict::Kind::kUse) return shaped;
     if (check_.check_fellows(*draft.motion, motions, depart_s).safe()) return {};
     return {PlanVerdict::Kind::kStop, "fellow in the way"};  // another planner would meet the same one
   };

@@ -72,6 +72,10 @@ class Pilot {
                                              double depart_s) const;
   std::optional<Trajectory> shape(const planning3d::FreeSpace& space, const Uav& uav,
                                   const std::vector<Eigen::Vector3d>& path_m, double yaw_rad, double depart_s) const;
+  /// Whether a motion can follow the path; the draft gets both.
+  planning3d::PlanVerdict shape_along(const planning3d::FreeSpace& space, const Uav& uav,
+                                      const std::vector<Eigen::Vector3d>& path_m, double yaw_rad, double depart_s,
+                                      FlightDraft& draft) const;
 
   FleetConfig config_;
   planning3d::SafetyCheck check_;

@@ -22,6 +22,16 @@ Assignment settled(CoverageStrategy& strategy, const HalfSeen& scene) {
   return assignment;
 }
 
+/// A second UAV, in the far corner, whose map is its own.
+UavView add_absent(HalfSeen& scene) {
+  UavView absent;
+  absent.position_m = scene.config.box.max_m;
+  absent.placed = false;
+  absent.shares_map = false;
+  scene.request.uavs.push_back(absent);
+  return absent;
+}
+
 }  // namespace
 
 TEST_CASE("goals that failed are left alone with their surroundings until their time is over") {
@@ -114,11 +124,7 @@ TEST_CASE("in slice mode goals lie at the layers given") {
 
 TEST_CASE("parts are done when anybody's map says so, and nobody flies for what absent UAVs have done") {
   HalfSeen scene(false);
-  UavView absent;
-  absent.position_m = scene.config.box.max_m;
-  absent.placed = false;
-  absent.shares_map = false;
-  scene.request.uavs.push_back(absent);
+  const UavView absent = add_absent(scene);
   TaskBoard tasks(scene.config.box, scene.config.limits.speed_mps);
   tasks.share({{1, absent.position_m}});
   scene.request.tasks = &tasks;
@@ -158,11 +164,7 @@ TEST_CASE(
     "ways to what a UAV answers for lead through what others have done, while somebody knows what is to be seen "
     "there") {
   HalfSeen scene(false);
-  UavView absent;
-  absent.position_m = scene.config.box.max_m;
-  absent.placed = false;
-  absent.shares_map = false;
-  scene.request.uavs.push_back(absent);
+  const UavView absent = add_absent(scene);
   TaskBoard tasks(scene.config.box, scene.config.limits.speed_mps);
   tasks.share({{0, scene.request.uavs[0].position_m}});
   scene.request.tasks = &tasks;
@@ -177,8 +179,8 @@ TEST_CASE(
   claims[last] = true;
   tasks.claim(1, claims);
   CHECK(settled(*strategy, scene).goals[0].has_value());
-  for (std::size_t i = 0; i < scene.map.grid().voxel_count();
-       i += 3) {  // absent UAVs have seen all that can be visited
+  // Absent UAVs have seen all that can be visited.
+  for (std::size_t i = 0; i < scene.map.grid().voxel_count(); i += 3) {
     const VoxelIndex v = scene.map.grid().voxel(i);
     if (scene.map.at(v) == Occupancy::kFree) scene.request.passed_m.push_back(scene.map.grid().center_of(v));
   }
