@@ -114,7 +114,9 @@ PlanStatus AstarPlanner::search_led(Search& search) {
   regions_.update(lattice_);
   const std::uint32_t goal = regions_.part_of(search.ends.goal);
   if (goal == RegionGraph::kNone) return PlanStatus::kTimedOut;
-  regions_.lengths_from(goal, search.lengths);
+  const std::uint32_t start = regions_.part_of(search.ends.start);
+  regions_.lengths_from(goal, search.lengths, start);
+  if (start != RegionGraph::kNone && search.lengths[start] == RegionGraph::kUnreachable) return PlanStatus::kNoPath;
   const float voxels = kLedWeight * static_cast<float>(lattice_.frame().cell_voxels);
   for (float& length : search.lengths) length *= voxels;
   search.regions = &regions_;

@@ -14,6 +14,8 @@ namespace {
 /// Cells of a block whose coordinate on an axis is 0.
 constexpr std::array<std::uint64_t, 3> kFirst{0x1111111111111111U, 0x000F000F000F000FU, 0x000000000000FFFFU};
 constexpr std::array<int, 3> kShift{1, 4, 16};  ///< from a cell to the next along an axis
+constexpr std::uint32_t kBeyondShare = 4;  ///< lengths are looked for a quarter farther than asked, ...
+constexpr std::uint32_t kBeyond = 4;       ///< ... and so many blocks
 constexpr int kAcross = RegionGraph::kEdge - 1;
 
 constexpr std::uint64_t last(std::size_t axis) { return kFirst[axis] << (kAcross * kShift[axis]); }
@@ -113,7 +115,7 @@ std::uint32_t RegionGraph::part_of(const VoxelIndex& v) const {
   return kNone;
 }
 
-void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) const {
+void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, std::uint32_t until) const {
   lengths.assign(parts_.size() * kMostParts, kUnreachable);
   const std::ptrdiff_t row = blocks_[0];
   const std::ptrdiff_t slab = row * blocks_[1];
@@ -132,7 +134,10 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) 
   lengths[part] = 0.0F;
   buckets[0].push_back(part);
   std::uint32_t turn = 0;
-  for (int empty = 0; empty < 3; ++turn) {
+  std::uint32_t last_turn = kNone;
+  for (int empty = 0; empty < 3 && turn < last_turn; ++turn) {
+    if (until != kNone && last_turn == kNone && lengths[until] < static_cast<float>(turn))
+      last_turn = turn + turn / kBeyondShare + kBeyond;
     auto& bucket = buckets[turn % 3];
     empty = bucket.empty() ? empty + 1 : 0;
     for (const std::uint32_t from : bucket) {
@@ -155,7 +160,9 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths) 
     }
     bucket.clear();
   }
-  for (float& length : lengths) length *= static_cast<float>(kEdge);
+  // What was not got to is farther than all that was.
+  const float rest = turn == last_turn ? static_cast<float>(turn) : kUnreachable;
+  for (float& length : lengths) length = std::min(length, rest) * static_cast<float>(kEdge);
 }
 
 }  // namespace stairwell::planning3d

@@ -27,7 +27,9 @@ class RegionGraph {
   std::uint32_t part_of(const VoxelIndex& v) const;
 
   /// Lengths of the shortest ways from a part to all, by part number, in cell edges; kUnreachable where there is none.
-  void lengths_from(std::uint32_t part, std::vector<float>& lengths) const;
+  /// @param until  a part: lengths are looked for as far as some way beyond it, and what lies farther off gets a length
+  ///               between that and its own. kUnreachable is then said of all parts or none but of `until` for sure
+  void lengths_from(std::uint32_t part, std::vector<float>& lengths, std::uint32_t until = kNone) const;
 
  private:
   using Parts = std::array<std::uint64_t, kMostParts>;  ///< cells of each part, x fastest; unused ones are 0
