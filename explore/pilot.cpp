@@ -20,8 +20,9 @@ constexpr double kKeepOutMargin_m = 0.1;
 // Fellows this far along their motion are met where they will be, later ones where they will end.
 constexpr double kTubeHorizon_s = 4.0;
 constexpr double kTubeStep_s = 0.25;
-// Where a goal is closed off, a search would look at all that is known: in large maps it gives up before that.
-constexpr std::size_t kLargeMap = 20'000'000;  // voxels
+// In large maps long searches are led by what regions hang together; where a goal is closed off, one would look at all
+// that is known, and gives up before that.
+constexpr std::size_t kLargeMap = 2'000'000;  // voxels
 constexpr std::size_t kMostExpansions = 150'000;
 constexpr std::string_view kLikeRequest = "astar";  // whose answers depend on the request alone
 
@@ -32,13 +33,14 @@ planning3d::SafetyCheck make_check(const FleetConfig& config) {
 }
 
 planning3d::FallbackPlanner make_planners(const FleetConfig& config, const planning3d::SafetyCheck& check) {
-  auto primary =
-      config.own_planner ? config.own_planner() : planning3d::make_planner(config.planner, config.planner_options);
+  planning3d::PlannerOptions options = config.planner_options;
+  options.led_from = kLargeMap;
+  auto primary = config.own_planner ? config.own_planner() : planning3d::make_planner(config.planner, options);
   if (primary == nullptr) throw InputError("own_planner made no planner");
   std::vector<std::unique_ptr<planning3d::Planner>> fallbacks;
   const std::string_view fallback = planning3d::resolve_fallback(
       config.fallback, config.own_planner ? primary->name() : std::string_view(config.planner));
-  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, config.planner_options));
+  if (!fallback.empty()) fallbacks.push_back(planning3d::make_planner(fallback, options));
   return planning3d::FallbackPlanner(std::move(primary), std::move(fallbacks), check);
 }
 

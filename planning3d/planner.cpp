@@ -47,6 +47,7 @@ std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOption
   if (name == "astar") {
     AstarPlanner::Config config;
     config.heuristic_weight = kHeuristicWeight;
+    config.led_from = options.led_from;
     return std::make_unique<AstarPlanner>(config);
   }
   if (name == "theta") return std::make_unique<ThetaPlanner>();
@@ -56,8 +57,8 @@ std::unique_ptr<Planner> make_planner(std::string_view name, const PlannerOption
     if (options.experience) config.most_pots = kMostPots;
     return std::make_unique<ApfPlanner>(config);
   }
-  if (name == "slice") return std::make_unique<SlicePlanner>(make_planner("astar"));
-  if (name == "volume") return std::make_unique<VolumePlanner>(make_planner("astar"));
+  if (name == "slice") return std::make_unique<SlicePlanner>(make_planner("astar", options));
+  if (name == "volume") return std::make_unique<VolumePlanner>(make_planner("astar", options));
   if (name == "agent2d" || name == "agent3d") return AgentPlanner::load(name, options.models_dir);
   if (auto planner = OmplPlanner::make(name)) return planner;
   std::string message("unknown planner '");

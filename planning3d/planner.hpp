@@ -61,6 +61,7 @@ struct PlannerOptions {
   Attraction attraction = Attraction::kCone;  ///< `apf`
   bool experience = false;                    ///< `apf`: fill local minima
   std::filesystem::path models_dir;           ///< weights of the learned agents: path2d.model, path3d.model
+  std::size_t led_from = 20'000'000;          ///< `astar`: in grids of so many voxels long searches are led
 };
 
 /// `astar` (heuristic weight 1.5: cost on the lattice at most 1.5 times the least; AstarPlanner itself is exact by

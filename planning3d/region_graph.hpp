@@ -27,8 +27,9 @@ class RegionGraph {
   std::uint32_t part_of(const VoxelIndex& v) const;
 
   /// Lengths of the shortest ways from a part to all, by part number, in cell edges; kUnreachable where there is none.
-  /// @param until  a part: lengths are looked for as far as some way beyond it, and what lies farther off gets a length
-  ///               between that and its own. kUnreachable is then said of all parts or none but of `until` for sure
+  /// @param until  a part that can be reached: looks no farther than some way beyond it, and gives to all that lies
+  ///               farther off, reachable or not, a length between that of `until` and its own. Where `until` cannot be
+  ///               reached, or is kNone: as above
   void lengths_from(std::uint32_t part, std::vector<float>& lengths, std::uint32_t until = kNone) const;
 
  private:

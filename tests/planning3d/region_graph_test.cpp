@@ -63,6 +63,42 @@ TEST_CASE("a region graph reaches what single moves reach", "[region_graph]") {
   CHECK(apart > 0);
 }
 
+TEST_CASE("lengths up to a part are the full ones that far and never more beyond", "[region_graph]") {
+  Rng rng = make_rng(13, "until");
+  int shortened = 0;
+  int apart = 0;
+  for (int round = 0; round < 24; ++round) {
+    TestWorld world = cluttered(rng, round % 8);
+    const FreeSpace space = world.space();
+    PassableLattice lattice(1);
+    lattice.update(space, kVolume);
+    RegionGraph regions;
+    regions.update(lattice);
+    const auto part_at = [&](const Eigen::Vector3d& at_m) { return regions.part_of(space.grid().index_of(at_m)); };
+    const std::uint32_t from = part_at(world.random_place(space, rng));
+    const std::uint32_t until = part_at(world.random_place(space, rng));
+    std::vector<float> full, some;
+    regions.lengths_from(from, full);
+    regions.lengths_from(from, some, until);
+    REQUIRE(some.size() == full.size());
+    CHECK(some[until] == full[until]);
+    if (full[until] == RegionGraph::kUnreachable) {
+      ++apart;
+      CHECK(some == full);
+      continue;
+    }
+    std::size_t wrong = 0;
+    for (std::size_t part = 0; part < full.size(); ++part) {
+      wrong +=
+          full[part] <= full[until] ? some[part] != full[part] : some[part] > full[part] || some[part] < full[until];
+      if (some[part] < full[part] && full[part] != RegionGraph::kUnreachable) ++shortened;
+    }
+    CHECK(wrong == 0);
+  }
+  CHECK(shortened > 100);
+  CHECK(apart > 0);
+}
+
 TEST_CASE("limited travel costs are the full ones within the limit and estimated beyond", "[region_graph]") {
   Rng rng = make_rng(12, "limited");
   int beyond = 0;
