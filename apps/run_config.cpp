@@ -244,7 +244,7 @@ const std::vector<Entry>& motion_entries() {
          return c.fleet.radial_scan;
        })},
       {{"radial_scan_rate_deg", "", "", "turning rate of the radial scan"},
-       "45.83662361046586",
+       "90",
        angle_deg([](RunConfig& c) -> double& { return c.fleet.radial_scan_radps; })},
   };
   return entries;

@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_strategy.hpp"
 
 #include "coverage3d/tour.hpp"
+#include "coverage3d/unknown_room.hpp"
 #include "mapping/worker_pool.hpp"
 
 #include <algorithm>
@@ -22,10 +23,12 @@ constexpr double kFarKept_s = 30.0;   // ... again after this ...
 constexpr double kFarMoved_m = 15.0;  // ... or after so much
 constexpr double kUseful = 0.25;      // a goal is dropped when less of its cells is left
 constexpr double kBelievedDepth_m = 1.0;
-constexpr double kMostWorth_m3 = 10.0;  // a larger gain does not make a stop more urgent
-constexpr double kAbsorbed = 0.7;       // a cluster seen to this part from another stop needs no stop of its own
-constexpr double kMuch_m2 = 0.6;        // in sight of a cluster: such stops come first ...
-constexpr double kSome_m2 = 0.3;        // ... then those of this much, then those of less and of shallow pockets ...
+constexpr double kMostWorth_m3 = 40.0;       // a larger gain does not make a stop more urgent, ...
+constexpr double kPanoramicWorth_m3 = 10.0;  // ... nor this for a sensor that sees all round, ...
+constexpr double kPromptness = 0.06;         // ... which may take its time; others see much first
+constexpr double kAbsorbed = 0.7;            // a cluster seen to this part from another stop needs no stop of its own
+constexpr double kMuch_m2 = 0.6;             // in sight of a cluster: such stops come first ...
+constexpr double kSome_m2 = 0.3;  // ... then those of this much, then those of less and of shallow pockets ...
 constexpr int kRest = 2;
 constexpr double kTakenAlong_s = 0.7;        // ... unless they are this near, ...
 constexpr double kTakenAlongInSlab_s = 1.5;  // ... or this near where every last one counts
@@ -285,6 +288,15 @@ std::vector<std::vector<double>> FrontierStrategy::all_between_s(const planning3
   return times_s;
 }
 
+/// How urgent a stop is. A camera sees little of what lies behind an opening or up a stairwell before it is there; what
+/// may be got at is urgent for the others, who may work there, the more of them there are.
+double FrontierStrategy::worth_m3(const planning3d::FreeSpace& space, const Crew& crew, const Stop& stop) const {
+  if (config_.sensor.panoramic()) return std::min(stop.pose().gain_m3, kPanoramicWorth_m3);
+  const double others = 1.0 - 1.0 / static_cast<double>(crew.uavs.size());
+  const double room_m3 = others > 0.0 ? unknown_beyond_m3(space.map(), finder_->box(), *stop.cluster) : 0.0;
+  return std::min(stop.pose().gain_m3, kMostWorth_m3) + others * room_m3;
+}
+
 std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
                                                               const std::vector<Stop>& stops) {
   TourProblem problem;
@@ -295,7 +307,8 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
       problem.start_s.back().push_back(start_s(crew, k, stop.pose()) - commitment_s(crew, k, stop));
     }
   }
-  for (const Stop& stop : stops) problem.worth.push_back(std::min(stop.pose().gain_m3, kMostWorth_m3));
+  if (!config_.sensor.panoramic()) problem.promptness = kPromptness;
+  for (const Stop& stop : stops) problem.worth.push_back(worth_m3(space, crew, stop));
   problem.between_s = all_between_s(space, stops);
   return plan_tours(problem);
 }

@@ -122,6 +122,7 @@ class FrontierStrategy : public CoverageStrategy {
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
   double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
+  double worth_m3(const planning3d::FreeSpace& space, const Crew& crew, const Stop& stop) const;
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
                                               const std::vector<Stop>& stops);
   std::vector<Stop> own_work(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,

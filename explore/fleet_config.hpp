@@ -4,6 +4,7 @@
 #include "core/robot.hpp"
 #include "core/scan.hpp"
 #include "core/trajectory.hpp"
+#include "core/units.hpp"
 #include "coverage3d/strategy.hpp"
 #include "mapping/occupancy_map.hpp"
 #include "perception/cloud_pipeline.hpp"
@@ -80,10 +81,10 @@ struct FleetConfig {
   double stalled_after_s = 8.0;  ///< a UAV that gets on with its task no more for so long gives it back
   std::vector<Stall> stalls;
   double takeoff_height_m = 1.0;
-  double start_bubble_m = 0.6;      ///< space around the start assumed free (a UAV can stand there)
-  double radial_scan_radps = 0.8;   ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)
-  bool radial_scan = true;          ///< after take-off, where sectors around the UAV are unknown
-  double fellow_clearance_m = 0.6;  ///< least distance between UAV centres
+  double start_bubble_m = 0.6;           ///< space around the start assumed free (a UAV can stand there)
+  double radial_scan_radps = 0.5 * kPi;  ///< turning speed of the radial scan (SPEC B3: at most 0.4 for a slow mapper)
+  bool radial_scan = true;               ///< after take-off, where sectors around the UAV are unknown
+  double fellow_clearance_m = 0.6;       ///< least distance between UAV centres
   double time_limit_s = 1800.0;
   bool charge_planning = true;  ///< measured computing time passes in the simulation too
   double plan_latency_s = 0.1;  ///< least time between deciding and turning on to the new trajectory
