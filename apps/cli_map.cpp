@@ -53,14 +53,6 @@ void render(const MapWords& words) {
   render_map_png(load_known_map(words.first, known).map(), options, words.output);
 }
 
-void add_world_options(CLI::App& command, MapWords& words) {
-  command.add_option("--extrude-height", words.world_options.extrude_height_m, "Height of the walls of .pgm maps");
-  command.add_option("--point-size", words.world_options.point_size_m, "Edge of a cloud's voxels");
-  command.add_option("--close-gaps", words.world_options.close_gaps,
-                     "on|off: fill the voxels between two of a cloud's");
-  command.add_option("--voxel-size", words.world_options.voxel_size_m, "Edge of a cell of a .3dmap");
-}
-
 void add_info(CLI::App& map, CommandContext& context) {
   CLI::App* command = map.add_subcommand("info", "Size, volumes and bounds of a map");
   auto words = std::make_shared<MapWords>();
@@ -75,7 +67,7 @@ void add_compare(CLI::App& map, CommandContext& context) {
   auto words = std::make_shared<MapWords>();
   command->add_option("MAP", words->first, ".bt or .ot file")->required();
   command->add_option("REFERENCE", words->second, "Another map (.bt .ot) or a world file")->required();
-  add_world_options(*command, *words);
+  add_world_options(*command, words->world_options);
   command->add_flag("--json", words->json, "For machines");
   command->footer("Example:\n  stairwell map compare runs/duplex-volume-1/map.bt worlds/duplex.sdf --json");
   command->callback([words, &context] {
@@ -100,7 +92,7 @@ void add_render(CLI::App& map) {
       ->capture_default_str();
   command->add_option("--size", words->size, "Width x height in pixels")->capture_default_str();
   command->add_option("--resolution", words->resolution_m, "Edge of a world's voxels; the default is 0.1");
-  add_world_options(*command, *words);
+  add_world_options(*command, words->world_options);
   command->add_option("-o,--output", words->output, "PNG file")->required();
   command->footer(
       "Examples:\n"

@@ -248,12 +248,7 @@ void add_plan_command(CLI::App& app, CommandContext& context) {
   command
       ->add_option("--resolution", words->map_options.resolution_m, "Edge of the voxels (default: the file's, or 0.1)")
       ->check(CLI::PositiveNumber);
-  command->add_option("--extrude-height", words->map_options.world.extrude_height_m,
-                      "Height of the walls of .pgm maps");
-  command->add_option("--point-size", words->map_options.world.point_size_m, "Edge of the voxel that a point fills");
-  command->add_option("--close-gaps", words->map_options.world.close_gaps,
-                      "on|off: fill the voxels between two of a cloud's");
-  command->add_option("--voxel-size", words->map_options.world.voxel_size_m, "Edge of a cell of a .3dmap");
+  add_world_options(*command, words->map_options.world);
   command->add_option("--out", words->out, "Folder for plan.json, paths.csv and a PNG per planner")->type_name("DIR");
   command->add_flag("--json", words->json, "For machines");
   command->add_flag("--quiet", words->quiet, "No progress on standard error");

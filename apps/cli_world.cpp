@@ -25,13 +25,6 @@ struct WorldWords {
   bool json = false;
 };
 
-void add_world_options(CLI::App& command, WorldWords& words) {
-  command.add_option("--extrude-height", words.options.extrude_height_m, "Height of the walls of .pgm maps, metres");
-  command.add_option("--point-size", words.options.point_size_m, "Edge of the voxel that a cloud's point fills");
-  command.add_option("--close-gaps", words.options.close_gaps, "on|off: fill the voxels between two of a cloud's");
-  command.add_option("--voxel-size", words.options.voxel_size_m, "Edge of a cell of a .3dmap");
-}
-
 void info(const WorldWords& words, std::ostream& out) {
   const sim3d::World world = sim3d::load_world(words.first, words.options);
   const sim3d::WorldInfo found = sim3d::world_info(world);
@@ -72,6 +65,13 @@ void generate(const WorldWords& words, std::ostream& out) {
 
 }  // namespace
 
+void add_world_options(CLI::App& command, sim3d::WorldOptions& options) {
+  command.add_option("--extrude-height", options.extrude_height_m, "Height of the walls of .pgm maps, metres");
+  command.add_option("--point-size", options.point_size_m, "Edge of the voxel that a cloud's point fills");
+  command.add_option("--close-gaps", options.close_gaps, "on|off: fill the voxels between two of a cloud's");
+  command.add_option("--voxel-size", options.voxel_size_m, "Edge of a cell of a .3dmap");
+}
+
 void add_world_commands(CLI::App& app, CommandContext& context) {
   CLI::App* world = app.add_subcommand("world", "Look at, convert and make worlds");
   world->require_subcommand(1);
@@ -81,7 +81,7 @@ void add_world_commands(CLI::App& app, CommandContext& context) {
   CLI::App* info_command = world->add_subcommand("info", "Size and bounds of a world");
   info_command->add_option("WORLD", words->first, "World file")->required();
   info_command->add_flag("--json", words->json, "For machines");
-  add_world_options(*info_command, *words);
+  add_world_options(*info_command, words->options);
   info_command->footer("Example:\n  stairwell world info worlds/duplex.sdf --json");
   info_command->callback([words, &context] { info(*words, context.out); });
 
@@ -89,7 +89,7 @@ void add_world_commands(CLI::App& app, CommandContext& context) {
   convert_command->add_option("IN", words->first, "World file")->required();
   convert_command->add_option("OUT", words->second, ".stl .obj .ply (surface) or .bt .ot (voxels)")->required();
   convert_command->add_option("--resolution", words->resolution_m, "Edge of the voxels, metres");
-  add_world_options(*convert_command, *words);
+  add_world_options(*convert_command, words->options);
   convert_command->footer("Example:\n  stairwell world convert worlds/duplex.sdf duplex.bt --resolution 0.1");
   convert_command->callback([words] { convert(*words); });
 

@@ -8,6 +8,10 @@ namespace CLI {
 class App;
 }
 
+namespace stairwell::sim3d {
+struct WorldOptions;
+}
+
 namespace stairwell::apps {
 
 struct CommandContext {
@@ -15,6 +19,9 @@ struct CommandContext {
   const volatile std::sig_atomic_t& interrupted;
   int exit_code = 0;
 };
+
+/// How files that are no complete description of a world are read: the same for all commands that read worlds.
+void add_world_options(CLI::App& command, sim3d::WorldOptions& options);
 
 void add_explore_command(CLI::App& app, CommandContext& context);
 void add_bound_command(CLI::App& app, CommandContext& context);

@@ -94,6 +94,28 @@ TEST_CASE("bad usage is one line and exit code 2") {
   require_refused({"map", "info"}, "FILE");
 }
 
+TEST_CASE("commands that read clouds as worlds close their gaps, or leave them") {
+  const auto folder = fresh_folder("gaps");
+  const std::string cloud = write_text(folder / "gap.pcd",
+                                       "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\n"
+                                       "HEIGHT 1\nPOINTS 2\nDATA ascii\n0.05 0.05 0.05\n0.25 0.05 0.05\n")
+                                .string();
+  const auto area_m2 = [&](std::vector<std::string> more) {
+    std::vector<std::string> words{"world", "info", cloud, "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return nlohmann::json::parse(run(words).out).at("area_m2").get<double>();
+  };
+  CHECK(area_m2({}) == Approx(0.14));  // three voxels in a row
+  CHECK(area_m2({"--close-gaps", "off"}) == Approx(0.12));
+  const std::string bt = (folder / "gap.bt").string();
+  for (const std::string close_gaps : {"on", "off"}) {
+    REQUIRE(run({"world", "convert", cloud, bt, "--close-gaps", close_gaps}).code == 0);
+    const auto same =
+        nlohmann::json::parse(run({"map", "compare", bt, cloud, "--close-gaps", close_gaps, "--json"}).out);
+    CHECK(same.at("correct_fraction") == 1.0);
+  }
+}
+
 TEST_CASE("bad inputs are named, exit code 2, and leave nothing") {
   const auto folder = fresh_folder("bad_input");
   const std::string room = testing::write_room(folder).string();
