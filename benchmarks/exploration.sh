@@ -136,7 +136,8 @@ table_map3d() {
 }
 
 table_tower() {
-  sweep tower "Office tower, one to eight UAVs" worlds/office_tower.sdf --uavs 1,2,4,8 "${moved[@]}"
+  sweep tower "Office tower, one to eight UAVs" worlds/office_tower.sdf --uavs 1,2,4,8 "${moved[@]}" \
+    --set robot_margin_m=0.02
 }
 
 page=$(mktemp "$runs/page-XXXXXX")
