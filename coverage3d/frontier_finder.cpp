@@ -14,8 +14,6 @@
 namespace stairwell::coverage3d {
 namespace {
 
-constexpr std::array<VoxelIndex, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
-
 mapping::VoxelBox clipped(const mapping::VoxelBox& a, const mapping::VoxelBox& b) {
   return {{std::max(a.lo.x, b.lo.x), std::max(a.lo.y, b.lo.y), std::max(a.lo.z, b.lo.z)},
           {std::min(a.hi.x, b.hi.x), std::min(a.hi.y, b.hi.y), std::min(a.hi.z, b.hi.z)}};
@@ -220,18 +218,18 @@ double FrontierFinder::pocket_behind_m3(const mapping::OccupancyMap& map, const 
   };
   const double lump_m3 = kLump * kLump * kLump * grid_.voxel_volume_m3();
   const auto most = static_cast<std::size_t>(std::ceil(config_.deep_m3 / lump_m3));
-  VisitedVoxels seen(kFaces.size() * (cluster.cells.size() + most));
+  VisitedVoxels seen(kFaceSteps.size() * (cluster.cells.size() + most));
   std::vector<VoxelIndex> open;
   const auto visit = [&](const VoxelIndex& lump) {
     if (open.size() < most && seen.insert(lump) && unknown(lump)) open.push_back(lump);
   };
   for (const VoxelIndex& v : cluster.cells) {
-    for (const VoxelIndex& face : kFaces)
+    for (const VoxelIndex& face : kFaceSteps)
       visit(lump_of(v + VoxelIndex{kLump * face.x, kLump * face.y, kLump * face.z}));
   }
   for (std::size_t i = 0; i < open.size() && open.size() < most; ++i) {
     const VoxelIndex at = open[i];
-    for (const VoxelIndex& face : kFaces) visit(at + face);
+    for (const VoxelIndex& face : kFaceSteps) visit(at + face);
   }
   return static_cast<double>(open.size()) * lump_m3;
 }

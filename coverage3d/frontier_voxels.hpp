@@ -33,6 +33,10 @@ struct FrontierConfig {
 bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,
                  const VoxelIndex& v);
 
+/// Steps to the six voxels that share a face with one.
+inline constexpr std::array<VoxelIndex, 6> kFaceSteps{
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+
 /// A set of voxels of a block of 8 x 8 x 8: bit `8 * y + x` of word `z`.
 using BlockBits = std::array<std::uint64_t, 8>;
 

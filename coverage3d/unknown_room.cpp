@@ -3,7 +3,6 @@
 #include "coverage3d/frontier_voxels.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -12,7 +11,6 @@ namespace {
 
 constexpr double kLattice_m = 0.4;
 constexpr int kSteps = 10;
-constexpr std::array<VoxelIndex, 6> kAlong{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 /// Points of the lattice around one of them, marked once each.
 class Marks {
@@ -60,7 +58,7 @@ double unknown_beyond_m3(const mapping::OccupancyMap& map, const mapping::VoxelB
     open.push_back(point);
   };
   for (const VoxelIndex& cell : cluster.cells) {
-    for (const VoxelIndex& along : kAlong) {
+    for (const VoxelIndex& along : kFaceSteps) {
       const VoxelIndex beside = cell + along;
       if (!unknown(beside) || marks.marked(point_at(beside))) continue;
       if (unknown(voxel_of(point_at(beside)))) add(point_at(beside));
@@ -71,7 +69,7 @@ double unknown_beyond_m3(const mapping::OccupancyMap& map, const mapping::VoxelB
   for (int steps = 0; steps < kSteps && i < open.size(); ++steps) {
     for (; i < last; ++i) {
       const VoxelIndex point = open[i];
-      for (const VoxelIndex& along : kAlong)
+      for (const VoxelIndex& along : kFaceSteps)
         if (!marks.marked(point + along) && open_between(point, along)) add(point + along);
     }
     last = open.size();
