@@ -119,8 +119,9 @@ inline constexpr int kLengthBits = 29;
 inline constexpr std::int32_t kLength = 1 << kLengthBits;
 inline constexpr std::int32_t kFar = 1 << 30;
 /// Float32 arithmetic loses at most 5.1 * 2^-24 of a distance: 164 units at the ray's end, for each of the two
-/// compared.
-inline constexpr std::int32_t kRounding = 332;
+/// compared; and a first border that lies behind the origin by OctoMap's rounding (at most 2^-25 of a voxel) is taken to
+/// lie there, which puts the ones after it up to 16 units off.
+inline constexpr std::int32_t kRounding = 332 + 2 * 16;
 inline constexpr std::int32_t kMaxSteps = 512;  ///< along one axis; longer rays would be uncertain too often
 
 /// @throws InputError when the processor lacks the instructions asked for.

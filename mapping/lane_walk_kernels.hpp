@@ -122,7 +122,7 @@ static inline void prepare_axis(float along, float up_m, float down_m, float res
   const float inverse = 1.0F / along;
   const float first = (along > 0.0F ? up_m : down_m) * inverse * scale;
   const float every = std::fabs(resolution_m * inverse) * scale;
-  const bool never = !(first < kFarF) | (along == 0.0F);  // NaN: 0 times infinity
+  const bool never = (first >= kFarF) | (along == 0.0F);  // NaN, a border at the origin: at once
   t = static_cast<std::int32_t>(never ? kFarF : (first > 0.0F ? first : 0.0F));
   delta = static_cast<std::int32_t>(every < kFarF ? every : kFarF);
   stride = along > 0.0F ? cell_stride : -cell_stride;

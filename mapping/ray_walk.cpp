@@ -101,10 +101,8 @@ bool RayWalker::start(const Eigen::Vector3f& end_m, Ray& ray) const {
       ray.t_delta[axis] = std::numeric_limits<double>::max();
       continue;
     }
-    double border_m = lattice_.center_of(origin_key[axis]);
-    border_m += static_cast<double>(static_cast<float>(ray.step[axis] * lattice_.resolution_m() * 0.5));
-    ray.t_max[axis] =
-        (border_m - static_cast<double>(origin_m_[static_cast<Eigen::Index>(axis)])) / static_cast<double>(along);
+    const float from_m = origin_m_[static_cast<Eigen::Index>(axis)];
+    ray.t_max[axis] = lattice_.to_border_m(origin_key[axis], ray.step[axis], from_m) / static_cast<double>(along);
     ray.t_delta[axis] = lattice_.resolution_m() / std::fabs(static_cast<double>(along));
   }
   return true;

@@ -37,6 +37,13 @@ class RayLattice {
     return {static_cast<float>(center_of(key.x)), static_cast<float>(center_of(key.y)),
             static_cast<float>(center_of(key.z))};
   }
+  /// From `at_m`, in the voxel `key`, to the voxel's border in direction `step` (1, -1). OctoMap rounds the half voxel
+  /// to float32, so that the border may lie 3e-8 of a voxel off, even behind `at_m`.
+  double to_border_m(int key, int step, float at_m) const {
+    double border_m = center_of(key);
+    border_m += static_cast<double>(static_cast<float>(step * resolution_m_ * 0.5));
+    return border_m - static_cast<double>(at_m);
+  }
 
  private:
   bool key_of(float coordinate_m, int& key) const {

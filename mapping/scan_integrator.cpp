@@ -52,9 +52,11 @@ ScanFrame frame_of(const Scan& scan, const RayLattice& lattice, const Eigen::Vec
   frame.range_m = static_cast<float>(scan.max_range_m);
   frame.origin_key = {origin_key.x, origin_key.y, origin_key.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double from_center_m = lattice.center_of(frame.origin_key[axis]) - static_cast<double>(frame.origin_m[axis]);
-    frame.border_up_m[axis] = static_cast<float>(from_center_m + 0.5 * lattice.resolution_m());
-    frame.border_down_m[axis] = static_cast<float>(from_center_m - 0.5 * lattice.resolution_m());
+    const auto to_border_m = [&](int step) {
+      return static_cast<float>(lattice.to_border_m(frame.origin_key[axis], step, frame.origin_m[axis]));
+    };
+    frame.border_up_m[axis] = to_border_m(1);
+    frame.border_down_m[axis] = to_border_m(-1);
   }
   return frame;
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # fuzz.sh [seconds [target...]]: builds the libFuzzer programs of tests/fuzz (preset fuzz) and runs each for that long
-# (default 60) from its kept corpus; FUZZ_BUILD_DIR names another build folder. Exit code 1 after a finding, whose input
-# is kept in <build>/findings/. New inputs gather in <build>/corpus/; `fuzz.sh --merge` takes what they add to the corpus.
+# (default 60) from its kept corpus. Exit code 1 after a finding, whose input is kept in <build>/findings/. New inputs gather
+# in <build>/corpus/; `fuzz.sh --merge` takes what they add to the corpus.
+# FUZZ_SEED=N searches much the same inputs every time (default: others every time); FUZZ_BUILD_DIR names another build folder.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -46,7 +47,7 @@ for target in "${targets[@]}"; do
     continue
   fi
   status=0
-  "$build/bin/$target" "${limits[@]}" -max_total_time="$seconds" -print_final_stats=1 \
+  "$build/bin/$target" "${limits[@]}" -seed="${FUZZ_SEED:-0}" -max_total_time="$seconds" -print_final_stats=1 \
     -artifact_prefix="$build/findings/$target-" "$found" "$kept" >"$build/$target.log" 2>&1 || status=$?
   runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$build/$target.log")
   counts=$(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$build/$target.log" | tail -1 || true)

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
-# Installs what is missing (for the tests of the replay in a browser also what viewer/package-lock.json names), builds the release preset, fuzzes each target of tests/fuzz for FUZZ_SECONDS (default 60,
-# 0 = not at all) and runs all tests. Extra arguments go to ctest (as in -R mapping); then there is no fuzzing.
+# Installs what is missing (for the tests of the replay in a browser also what viewer/package-lock.json names), builds the
+# release preset, fuzzes each target of tests/fuzz for FUZZ_SECONDS (default 60, 0 = not at all) from a fixed seed, so that two
+# runs search alike (`scripts/fuzz.sh 3600` searches on), and runs all tests. Extra arguments go to ctest (as in -R mapping);
+# then there is no fuzzing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -11,7 +13,7 @@ if command -v npm >/dev/null && [[ viewer/package-lock.json -nt viewer/node_modu
 fi
 fuzzed=0
 if [[ $# -eq 0 ]]; then
-  scripts/fuzz.sh "${FUZZ_SECONDS:-60}" || fuzzed=$?
+  FUZZ_SEED=${FUZZ_SEED:-1} scripts/fuzz.sh "${FUZZ_SECONDS:-60}" || fuzzed=$?
 fi
 ctest --preset release --output-on-failure --parallel 2 "$@"
 exit "$fuzzed"

@@ -1,3 +1,4 @@
+#include "core/errors.hpp"
 #include "sim3d/loaders/input_file.hpp"
 #include "sim3d/loaders/loaders.hpp"
 #include "sim3d/loaders/voxel_faces.hpp"
@@ -173,7 +174,7 @@ GreyImage read_png(const std::filesystem::path& file) {
   return image;
 }
 
-GreyImage read_image(const std::filesystem::path& file) {
+GreyImage read_any_image(const std::filesystem::path& file) {
   const std::string extension = lower_extension(file);
   if (extension == ".png") {
     return read_png(file);
@@ -185,11 +186,19 @@ GreyImage read_image(const std::filesystem::path& file) {
   return read_pgm(file);
 }
 
+GreyImage read_image(const MapInfo& info, const std::filesystem::path& file) {
+  try {
+    return read_any_image(info.image);
+  } catch (const InputError& error) {
+    fail_input(file, "names the image " + std::string(error.what()));
+  }
+}
+
 }  // namespace
 
 TriangleMesh load_image_map(const std::filesystem::path& file, double extrude_height_m) {
   const MapInfo info = read_info(file);
-  const GreyImage image = read_image(info.image);
+  const GreyImage image = read_image(info, file);
   SolidVoxels solid;
   for (std::size_t row = 0; row < image.height; ++row) {
     const std::size_t y = image.height - 1 - row;  // the first row is the largest y

@@ -97,6 +97,7 @@ TEST_CASE("files that are no worlds are refused with one line that names them") 
   says(write_text("letters.dae", "<COLLADA version='1.4.1'><p>0 1 x</p></COLLADA>"), "index list");
   says(write_text("counts.dae", "<COLLADA version='1.4.1'><float_array count='99999999999'/></COLLADA>"), "promises");
   says(write_text("noimage.yaml", "image: none.pgm\nresolution: 1\n"), "none.pgm");
+  says(write_text("elsewhere.yaml", "image: /\nresolution: 1\n"), "names the image /: is");
   says(write_text("list.yaml", "- 1\n- 2\n"), "map_server");
   says(write_text("nan.pcd", kPcd.substr(0, kPcd.find("0.05")) + "nan nan nan\nnan 1 2\n"), "no usable point");
   says(write_text("noxyz.pcd", "FIELDS a b c\nPOINTS 1\nDATA ascii\n1 2 3\n"), "field 'x'");
