@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <thread>
@@ -81,21 +82,20 @@ class Viewer {
       : grid_(grid), caster_(caster), sensor_(sensor), window_(sensor), rays_per_voxel_(rays_per_voxel) {}
 
   /// Moves the pose that saw the voxel to the front of `poses`: it likely sees the next voxel as well.
-  bool sees(const VoxelIndex& v, std::span<const Target> targets, std::vector<Eigen::Vector3d>& poses) {
+  bool sees(const VoxelIndex& v, std::span<const Target> targets, PosesAround& poses) {
     if (targets.empty()) return false;
     int rays = 0;
     std::size_t batch = 1;  // most voxels are seen at once; the others are worth whole packets
     std::size_t next = 0;
-    const std::size_t considered =
-        std::min(poses.size(), static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel_));
-    while (next < considered && rays < rays_per_voxel_) {
+    const std::size_t most = static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel_);
+    const auto considered = [&](std::size_t i) { return i < most && poses.has(i); };
+    while (rays < rays_per_voxel_ && considered(next)) {
       pending_.clear();
       const std::size_t wanted = std::min(batch, static_cast<std::size_t>(rays_per_voxel_ - rays));
-      for (; next < considered && pending_.size() < wanted; ++next) propose(v, targets, poses[next], next);
+      for (; pending_.size() < wanted && considered(next); ++next) propose(v, targets, poses[next], next);
       rays += static_cast<int>(pending_.size());
-      if (const auto seen = cast_pending(v); seen < poses.size()) {
-        const auto at = poses.begin() + static_cast<std::ptrdiff_t>(seen);
-        std::rotate(poses.begin(), at, at + 1);
+      if (const auto seen = cast_pending(v)) {
+        poses.move_to_front(*seen);
         return true;
       }
       batch = kBatch;
@@ -128,8 +128,8 @@ class Viewer {
     }
   }
 
-  /// Position in the list of the pose that sees the voxel, or the largest number.
-  std::size_t cast_pending(const VoxelIndex& v) {
+  /// Position in the list of the pose that sees the voxel.
+  std::optional<std::size_t> cast_pending(const VoxelIndex& v) {
     const std::size_t count = pending_.size();
     const double overshoot_m = grid_.resolution_m();
     for (std::size_t i = 0; i < count; ++i) {
@@ -154,7 +154,7 @@ class Viewer {
         return ray.pose;
       }
     }
-    return static_cast<std::size_t>(-1);
+    return std::nullopt;
   }
 
   const GridSpec& grid_;
@@ -251,25 +251,23 @@ class BlockViewer {
       : grid_(truth.grid()),
         reachable_(reachable),
         candidates_(candidates),
-        view_poses_(view_poses),
+        edge_(view_poses.block_edge()),
+        poses_(view_poses),
         task_box_(task_box),
-        most_poses_(static_cast<std::size_t>(kPosesPerRay) * static_cast<std::size_t>(rays_per_voxel)),
         viewer_(truth.grid(), caster, sensor, rays_per_voxel),
         targets_(truth, candidates) {}
 
   /// Marks what is seen of the block.
   void look(const VoxelIndex& corner, std::vector<std::uint8_t>& seen) {
-    bool poses_known = false;
-    for_each_in_block(grid_, corner, view_poses_.block_edge(), [&](const VoxelIndex& v) {
+    poses_.move_to(corner);
+    for_each_in_block(grid_, corner, edge_, [&](const VoxelIndex& v) {
       const std::size_t index = grid_.linear(v);
       if (candidates_[index] == 0 || !task_box_.contains(grid_.center_of(v))) return;
       if (reachable_[index] != 0) {
         seen[index] = 1;
         return;
       }
-      if (!poses_known) view_poses_.around(corner, most_poses_, poses_m_);
-      poses_known = true;
-      seen[index] = viewer_.sees(v, targets_.find(v), poses_m_) ? 1 : 0;
+      seen[index] = viewer_.sees(v, targets_.find(v), poses_) ? 1 : 0;
     });
   }
 
@@ -277,12 +275,11 @@ class BlockViewer {
   const GridSpec& grid_;
   const std::vector<std::uint8_t>& reachable_;
   const std::vector<std::uint8_t>& candidates_;
-  const ViewPoses& view_poses_;
+  int edge_;  ///< of a block, voxels
+  PosesAround poses_;
   const Aabb& task_box_;
-  std::size_t most_poses_;
   Viewer viewer_;
   TargetFinder targets_;
-  std::vector<Eigen::Vector3d> poses_m_;
 };
 
 }  // namespace

@@ -86,24 +86,35 @@ void ViewPoses::list_offsets(const SensorModel& model) {
   }
 }
 
-void ViewPoses::around(const VoxelIndex& block_corner, std::size_t wanted,
-                       std::vector<Eigen::Vector3d>& poses_m) const {
-  poses_m.clear();
-  const VoxelIndex middle{block_corner.x / stride_ + kCellsPerBlock / 2, block_corner.y / stride_ + kCellsPerBlock / 2,
-                          block_corner.z / stride_ + kCellsPerBlock / 2};
-  const std::size_t count = nearest_.size();
+void PosesAround::move_to(const VoxelIndex& block_corner) {
+  const auto middle_of = [&](int corner) { return corner / from_.stride_ + ViewPoses::kCellsPerBlock / 2; };
+  middle_ = {middle_of(block_corner.x), middle_of(block_corner.y), middle_of(block_corner.z)};
   // Each block starts elsewhere in the shuffled list (spatial hash of Teschner et al. 2003).
-  const std::size_t turn = (static_cast<std::size_t>(middle.x) * 73856093U) ^
-                           (static_cast<std::size_t>(middle.y) * 19349663U) ^
-                           (static_cast<std::size_t>(middle.z) * 83492791U);
-  for (std::size_t i = 0; i < count && poses_m.size() < wanted; ++i) {
-    for (const VoxelIndex& offset : {nearest_[i], shuffled_[(turn + i) % count]}) {
-      const VoxelIndex cell = middle + offset;
-      if (!contains(cell)) continue;
-      const std::uint32_t pose = poses_[linear(cell)];
-      if (pose != kNone) poses_m.push_back(grid_.center_of(grid_.voxel(pose)));
-    }
+  turn_ = (static_cast<std::size_t>(middle_.x) * 73856093U) ^ (static_cast<std::size_t>(middle_.y) * 19349663U) ^
+          (static_cast<std::size_t>(middle_.z) * 83492791U);
+  next_ = 0;
+  poses_m_.clear();
+}
+
+bool PosesAround::has(std::size_t i) {
+  const std::size_t count = from_.nearest_.size();
+  for (; i >= poses_m_.size() && next_ < count; ++next_) {
+    offer(from_.nearest_[next_]);
+    offer(from_.shuffled_[(turn_ + next_) % count]);
   }
+  return i < poses_m_.size();
+}
+
+void PosesAround::offer(const VoxelIndex& offset) {
+  const VoxelIndex cell = middle_ + offset;
+  if (!from_.contains(cell)) return;
+  const std::uint32_t pose = from_.poses_[from_.linear(cell)];
+  if (pose != ViewPoses::kNone) poses_m_.push_back(from_.grid_.center_of(from_.grid_.voxel(pose)));
+}
+
+void PosesAround::move_to_front(std::size_t i) {
+  const auto at = poses_m_.begin() + static_cast<std::ptrdiff_t>(i);
+  std::rotate(poses_m_.begin(), at, at + 1);
 }
 
 }  // namespace stairwell::sim3d

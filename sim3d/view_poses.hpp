@@ -38,11 +38,9 @@ class ViewPoses {
 
   /// Voxels per edge of a block.
   int block_edge() const { return kCellsPerBlock * stride_; }
-  /// Up to `wanted` poses from which the sensor may see something of the block of voxels with this lowest corner:
-  /// the nearest ones in turn with ones from anywhere in range.
-  void around(const VoxelIndex& block_corner, std::size_t wanted, std::vector<Eigen::Vector3d>& poses_m) const;
 
  private:
+  friend class PosesAround;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
   void collect(const std::vector<std::uint8_t>& reachable);
@@ -56,6 +54,31 @@ class ViewPoses {
   std::vector<std::uint32_t> poses_;  ///< linear voxel index per cell, or kNone
   std::vector<VoxelIndex> nearest_;   ///< offsets in cells, nearest first
   std::vector<VoxelIndex> shuffled_;
+};
+
+/// Poses from which the sensor may see something of a block of voxels: the nearest ones in turn with ones from anywhere
+/// in range, made as they are asked for.
+class PosesAround {
+ public:
+  explicit PosesAround(const ViewPoses& from) : from_(from) {}
+
+  /// Begins anew, for the block with this lowest corner.
+  void move_to(const VoxelIndex& block_corner);
+  /// Whether there is an i-th one. Those before it have been asked for.
+  bool has(std::size_t i);
+  /// @pre has(i)
+  const Eigen::Vector3d& operator[](std::size_t i) const { return poses_m_[i]; }
+  /// Puts the i-th one before the others, which keep their order. @pre has(i)
+  void move_to_front(std::size_t i);
+
+ private:
+  void offer(const VoxelIndex& offset);
+
+  const ViewPoses& from_;
+  VoxelIndex middle_;     ///< cell
+  std::size_t turn_ = 0;  ///< where in the shuffled list it starts
+  std::size_t next_ = 0;  ///< in both lists
+  std::vector<Eigen::Vector3d> poses_m_;
 };
 
 }  // namespace stairwell::sim3d
