@@ -235,16 +235,20 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::unclaimed(const Assignment
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_of(const Crew& crew, const std::vector<Stop>& stops,
                                                                  std::size_t per_uav) const {
-  std::set<std::size_t> chosen;
+  std::vector<std::vector<std::pair<double, std::size_t>>> orders;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
-    std::vector<std::pair<double, std::size_t>> order;
+    auto& order = orders.emplace_back();
     for (std::size_t i = 0; i < stops.size(); ++i) {
       const double time_s = start_s(crew, k, stops[i].pose());
       if (std::isfinite(time_s)) order.emplace_back(time_s, i);
     }
     std::sort(order.begin(), order.end());
-    for (std::size_t i = 0; i < std::min(order.size(), per_uav) && chosen.size() < kMostStops; ++i)
-      chosen.insert(order[i].second);
+  }
+  std::set<std::size_t> chosen;
+  for (std::size_t rank = 0; rank < per_uav; ++rank) {  // in turns: the first UAVs shall not take all the room
+    for (const auto& order : orders) {
+      if (rank < order.size() && chosen.size() < kMostStops) chosen.insert(order[rank].second);
+    }
   }
   std::vector<Stop> nearest;
   nearest.reserve(chosen.size());

@@ -181,15 +181,31 @@ void Fleet::Impl::take_off(Uav& uav) {
 void Fleet::Impl::scan_around_or_find_goal(Uav& uav) {
   const MotionState state = uav.vehicle->state();
   if (config.radial_scan && (state.position_m - uav.scanned_at_m).norm() > kRescan_m) {
+    const double turn_rad = look_round_turn(uav);
     uav.scanned_at_m = state.position_m;
-    const double turn_rad = radial_scan_turn(uav.belief->map, state.position_m, state.yaw_rad, config.sensor,
-                                             0.5 * config.sensor.max_range_m);
     if (std::abs(turn_rad) > 0.05 && command(uav, pilot.rotate(uav, turn_rad, now_s()))) {
       enter(uav, Phase::kRadialScan);
       return;
     }
   }
   enter(uav, Phase::kFindGoal);
+}
+
+/// Those who start side by side share the first look round.
+double Fleet::Impl::look_round_turn(const Uav& uav) const {
+  const MotionState state = uav.vehicle->state();
+  const double reach_m = 0.5 * config.sensor.max_range_m;
+  std::vector<Eigen::Vector3d> beside_m;
+  std::size_t own = 0;
+  for (const std::size_t id : uav.belief->members) {
+    const Uav& other = uavs[id];
+    if (id == uav.id) own = beside_m.size();
+    const bool looks = id == uav.id || !(other.lost_s || other.stalled_s);
+    if (looks && (other.home_m - uav.home_m).norm() < reach_m) beside_m.push_back(other.home_m);
+  }
+  const bool shared = !uav.scanned_at_m.allFinite() && beside_m.size() > 1;
+  const auto own_azimuth = [&](double azimuth_rad) { return !shared || own_side(beside_m, own, azimuth_rad); };
+  return radial_scan_turn(uav.belief->map, state.position_m, state.yaw_rad, config.sensor, reach_m, own_azimuth);
 }
 
 /// At the goal, with the scan from there in the map: what is still unseen cannot be seen from here.

@@ -54,6 +54,7 @@ struct Fleet::Impl {
   void advance_phase(Uav& uav);
   void take_off(Uav& uav);
   void scan_around_or_find_goal(Uav& uav);
+  double look_round_turn(const Uav& uav) const;
   bool wants_goal(const Uav& uav);
   void arrive(Uav& uav);
   void assign_goals(Belief& belief, const std::vector<std::size_t>& wanting);

@@ -106,6 +106,36 @@ TEST_CASE("what no UAV gets to is unreachable, not open") {
   }
 }
 
+TEST_CASE("every UAV of a fleet is offered what is near it, however much there is near the others") {
+  // A hall with fifty dark recesses along one side: more than a plan holds.
+  toy::World world({{0, 0, 0}, {100, 6, 3}}, 0.2);
+  for (double x_m = 2.0; x_m < 99.0; x_m += 2.0) world.fill({{x_m - 0.2, 4, 0}, {x_m + 0.2, 6, 3}}, true);
+  mapping::OccupancyMap map(world.grid());
+  for (std::size_t i = 0; i < world.grid().voxel_count(); ++i) {
+    const VoxelIndex v = world.grid().voxel(i);
+    if (world.grid().center_of(v).y() < 4.4) map.set_log_odds(v, world.occupied(v) ? 1.0F : -1.0F);
+  }
+  mapping::DistanceField distance(world.grid(), 1.0, mapping::Obstacles::kBlocked);
+  distance.update(map);
+  const CoverageConfig config = toy::config_for(world, toy::lidar());
+  const planning3d::FreeSpace space{map, distance, config.robot, config.box};
+  AssignmentRequest request;
+  for (const double x_m : {10.0, 35.0, 60.0, 84.0, 94.0}) {
+    UavView& uav = request.uavs.emplace_back();
+    uav.position_m = {x_m, 2.1, 1.5};
+    uav.wants_goal = true;
+  }
+  const auto strategy = make_strategy("frontiers", config);
+  Assignment assignment;
+  for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+  REQUIRE(assignment.open_targets > 40);
+  for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+    INFO("UAV " << i);
+    REQUIRE(assignment.goals[i].has_value());
+    CHECK((assignment.goals[i]->position_m - request.uavs[i].position_m).norm() < 6.0);
+  }
+}
+
 TEST_CASE("in slice mode goals lie at the layers given") {
   for (const std::string_view name : strategy_names()) {
     HalfSeen scene(true);

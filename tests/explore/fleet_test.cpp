@@ -122,6 +122,30 @@ TEST_CASE("a fleet that sees all round explores without turning") {
   CHECK(known_share(fleet.map()) > 0.97);
 }
 
+TEST_CASE("UAVs side by side share the first look round") {
+  struct FirstGoal final : explore::ExplorationLog {
+    void on_goal(double time_s, std::size_t uav, const Eigen::Vector3d&, double, std::string_view) override {
+      at_s.emplace(uav, time_s);
+    }
+    std::map<std::size_t, double> at_s;
+  };
+  const auto first_goals_s = [](const std::vector<Eigen::Vector3d>& starts_m) {
+    const auto config = test::toy_config();
+    ToySimulation sim(test::two_rooms(), config, starts_m);
+    FirstGoal log;
+    Fleet fleet(config, sim.doors(), log, no_clock);
+    while (log.at_s.size() < starts_m.size() && fleet.time_s() < 20.0 && fleet.step()) {
+    }
+    return log.at_s;
+  };
+  const double alone_s = first_goals_s({{1.0, 1.0, 1.0}})[0];
+  REQUIRE(alone_s > 2.0);
+  auto beside_s = first_goals_s({{1.0, 1.0, 1.0}, {1.0, 1.8, 1.0}});
+  CHECK(beside_s[0] < alone_s - 0.5);
+  CHECK(beside_s[1] < alone_s - 0.5);
+  CHECK(first_goals_s({{1.0, 1.0, 1.0}, {5.0, 2.0, 1.0}})[0] == Approx(alone_s));  // too far to look for each other
+}
+
 TEST_CASE("one UAV explores two rooms in either mode and says that nothing is left") {
   const bool slice = GENERATE(false, true);
   auto config = test::toy_config();
