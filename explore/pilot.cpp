@@ -23,7 +23,7 @@ constexpr double kTubeStep_s = 0.25;
 // In large maps long searches are led by what regions hang together; where a goal is closed off, one would look at all
 // that is known, and gives up before that.
 constexpr std::size_t kLargeMap = 4'000'000;  // voxels
-constexpr std::size_t kMostExpansions = 150'000;
+constexpr std::size_t kMostExpansions = 50'000;
 constexpr std::string_view kLikeRequest = "astar";  // whose answers depend on the request alone
 
 planning3d::SafetyCheck make_check(const FleetConfig& config) {
