@@ -11,8 +11,7 @@ namespace stairwell::coverage3d {
 namespace {
 
 constexpr double kStep_m = 0.2;
-constexpr double kSteps = 40.0;  // per ray, where the range is so long that steps of that size would be more
-constexpr int kRows = 6;
+constexpr double kSteps = 40.0;     // per ray, where the range is so long that steps of that size would be more
 constexpr double kDepthPart = 0.6;  // space behind a frontier counts as deep as this part of the sensor's range
 
 constexpr double kCell_m = 0.4;  // of what is foreseen
@@ -50,6 +49,14 @@ Foreseen::Foreseen(const GridSpec& grid)
 
 ViewGain::ViewGain(const ViewGainConfig& config) : config_(config) {
   if (config.kind == GainKind::kEntropy) information_.emplace(config.occupancy);
+  const double sin_lo = std::sin(config.sensor.elevation_lo_rad);
+  const double sin_hi = std::sin(config.sensor.elevation_hi_rad);
+  for (std::size_t sector = 0; sector < kSectors; ++sector) {
+    for (std::size_t row = 0; row < kRows; ++row) {
+      const double up = sin_lo + (sin_hi - sin_lo) * (static_cast<double>(row) + 0.5) / static_cast<double>(kRows);
+      directions_[sector][row] = direction_of(2.0 * kPi * (static_cast<double>(sector) + 0.5) / kSectors, up);
+    }
+  }
 }
 
 double ViewGain::step_m(const mapping::OccupancyMap& map) const {
@@ -66,38 +73,52 @@ void ViewGain::follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& f
     const Eigen::Vector3d point_m = from_m + r_m * direction;
     if (r_m > within_m && !config_.box.contains(point_m)) return;
     const VoxelIndex v = map.grid().index_of(point_m);
-    const Occupancy there = map.at(v);
+    if (!map.grid().contains(v)) {
+      depth_m += step_m;
+      continue;
+    }
+    const std::size_t index = map.grid().linear(v);
+    const Occupancy there = map.at(index);
     const bool unknown = there == Occupancy::kUnknown;
     if (unknown) depth_m += step_m;
-    if (r_m >= config_.sensor.min_range_m && map.grid().contains(v)) each(v, r_m, unknown);
-    if (there == Occupancy::kOccupied || (!unknown && map.ever_hit(v))) return;
+    if (r_m >= config_.sensor.min_range_m) each(v, r_m, unknown);
+    if (there == Occupancy::kOccupied || (!unknown && map.ever_hit(index))) return;
   }
+}
+
+double ViewGain::sector_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, std::size_t sector,
+                           const Foreseen* foreseen) const {
+  const SensorModel& sensor = config_.sensor;
+  const double step = step_m(map);
+  const double height = std::sin(sensor.elevation_hi_rad) - std::sin(sensor.elevation_lo_rad);
+  const double solid_angle = stride() * (2.0 * kPi / kSectors) * height / kRows;
+  double sum_m3 = 0.0;
+  for (const Eigen::Vector3d& direction : directions_[sector]) {
+    follow(map, from_m, direction, step, [&](const VoxelIndex& v, double r_m, bool unknown) {
+      if (!unknown && !information_) return;
+      if (foreseen != nullptr && foreseen->has(v)) return;
+      const double part = unknown ? 1.0 : information_->part_of_unknown(map.log_odds(v));
+      sum_m3 += part * r_m * r_m * step * solid_angle;
+    });
+  }
+  return sum_m3;
 }
 
 ViewGain::Panorama ViewGain::panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
                                       const Foreseen* foreseen) const {
   Panorama sectors{};
-  const SensorModel& sensor = config_.sensor;
-  const int stride = sensor.panoramic() ? 2 : 1;  // only the sum is asked for
-  const double step = step_m(map);
-  const double sin_lo = std::sin(sensor.elevation_lo_rad);
-  const double sin_hi = std::sin(sensor.elevation_hi_rad);
-  const double solid_angle = stride * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kRows;
-  for (int sector = 0; sector < kSectors; sector += stride) {
-    double sum_m3 = 0.0;
-    for (int row = 0; row < kRows; ++row) {
-      const double up = sin_lo + (sin_hi - sin_lo) * (row + 0.5) / kRows;
-      follow(map, from_m, direction_of(2.0 * kPi * (sector + 0.5) / kSectors, up), step,
-             [&](const VoxelIndex& v, double r_m, bool unknown) {
-               if (foreseen != nullptr && foreseen->has(v)) return;
-               if (!unknown && !information_) return;
-               const double part = unknown ? 1.0 : information_ ? information_->part_of_unknown(map.log_odds(v)) : 0.0;
-               sum_m3 += part * r_m * r_m * step * solid_angle;
-             });
-    }
-    sectors[static_cast<std::size_t>(sector)] = sum_m3;
+  for (std::size_t sector = 0; sector < kSectors; sector += static_cast<std::size_t>(stride())) {
+    sectors[sector] = sector_m3(map, from_m, sector, foreseen);
   }
   return sectors;
+}
+
+double ViewGain::gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad,
+                         const Foreseen* foreseen) const {
+  if (config_.sensor.panoramic()) return in_view_m3(panorama(map, from_m, foreseen), yaw_rad);
+  double sum_m3 = 0.0;
+  for_each_in_view(yaw_rad, [&](std::size_t sector) { sum_m3 += sector_m3(map, from_m, sector, foreseen); });
+  return sum_m3;
 }
 
 void ViewGain::foresee(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad,
@@ -119,15 +140,20 @@ void ViewGain::foresee(const mapping::OccupancyMap& map, const Eigen::Vector3d& 
   }
 }
 
-double ViewGain::in_view_m3(const Panorama& sectors, double yaw_rad) const {
-  if (config_.sensor.panoramic()) return std::accumulate(sectors.begin(), sectors.end(), 0.0);
+template <typename Each>
+void ViewGain::for_each_in_view(double yaw_rad, const Each& each) const {
   constexpr double kPerRad = kSectors / (2.0 * kPi);
   const double half = 0.5 * config_.sensor.azimuth_fov_rad * kPerRad;
   const double middle = yaw_rad * kPerRad - 0.5;  // sector i is centred at i + 1/2
-  double sum_m3 = 0.0;
   for (int i = static_cast<int>(std::ceil(middle - half)); i <= static_cast<int>(std::floor(middle + half)); ++i) {
-    sum_m3 += sectors[static_cast<std::size_t>(((i % kSectors) + kSectors) % kSectors)];
+    each(static_cast<std::size_t>(((i % kSectors) + kSectors) % kSectors));
   }
+}
+
+double ViewGain::in_view_m3(const Panorama& sectors, double yaw_rad) const {
+  if (config_.sensor.panoramic()) return std::accumulate(sectors.begin(), sectors.end(), 0.0);
+  double sum_m3 = 0.0;
+  for_each_in_view(yaw_rad, [&](std::size_t sector) { sum_m3 += sectors[sector]; });
   return sum_m3;
 }
 

@@ -58,14 +58,22 @@ class ViewGain {
   /// Of those sectors that the sensor sees at this yaw.
   double in_view_m3(const Panorama& sectors, double yaw_rad) const;
   double gain_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad,
-                 const Foreseen* foreseen = nullptr) const {
-    return in_view_m3(panorama(map, from_m, foreseen), yaw_rad);
-  }
+                 const Foreseen* foreseen = nullptr) const;
   /// Marks what counts in a look from there, with rays so dense that they leave nothing out.
   void foresee(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, double yaw_rad,
                Foreseen& foreseen) const;
 
  private:
+  static constexpr int kRows = 6;  ///< rays of a sector, one above the other
+
+  double sector_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, std::size_t sector,
+                   const Foreseen* foreseen) const;
+  /// Of the sectors of a panorama, one in so many is looked at: of a sensor that sees all round only the sum is asked
+  /// for.
+  int stride() const { return config_.sensor.panoramic() ? 2 : 1; }
+  /// `each(sector)` for those that the sensor sees at this yaw.
+  template <typename Each>
+  void for_each_in_view(double yaw_rad, const Each& each) const;
   /// Visits the voxels of a ray that a look counts, `each(voxel, distance_m, is unknown)`.
   template <typename Each>
   void follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
@@ -74,6 +82,7 @@ class ViewGain {
 
   ViewGainConfig config_;
   std::optional<InformationGain> information_;
+  std::array<std::array<Eigen::Vector3d, kRows>, kSectors> directions_;  ///< of the rays
 };
 
 }  // namespace stairwell::coverage3d

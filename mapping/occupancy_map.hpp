@@ -122,6 +122,8 @@ class OccupancyMap {
   /// Whether a return ever fell into this voxel. It may be free all the same: where a surface cuts only a corner of a
   /// voxel, more rays pass through it than end in it.
   bool ever_hit(const VoxelIndex& v) const { return grid_.contains(v) && (seen_[grid_.linear(v)] & kHitBit) != 0; }
+  /// @pre linear_index < grid().voxel_count()
+  bool ever_hit(std::size_t linear_index) const { return (seen_[linear_index] & kHitBit) != 0; }
 
   /// Notes a return without changing the log-odds (checkpoints: map files do not tell). Unknown voxels are left alone.
   void mark_hit(const VoxelIndex& v);
