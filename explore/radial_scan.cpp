@@ -42,8 +42,8 @@ double radial_scan_turn(const mapping::OccupancyMap& map, const Eigen::Vector3d&
     const double relative_rad = wrap_angle(leftwards_rad);
     if (std::abs(relative_rad) <= seen_rad || (wanted && !wanted(yaw_rad + relative_rad))) continue;
     if (!meets_unknown(map, position_m, yaw_rad + relative_rad, reach_m)) continue;
-    (relative_rad >= 0.0 ? left_rad : right_rad) =
-        std::max(relative_rad >= 0.0 ? left_rad : right_rad, std::abs(relative_rad) - seen_rad);
+    double& side_rad = relative_rad >= 0.0 ? left_rad : right_rad;
+    side_rad = std::max(side_rad, std::abs(relative_rad) - seen_rad);
     round_left_rad = std::max(round_left_rad, std::min(leftwards_rad + half_sector_rad - seen_rad, full_rad));
     round_right_rad =
         std::max(round_right_rad, std::min(2.0 * kPi - leftwards_rad + half_sector_rad - seen_rad, full_rad));
