@@ -57,6 +57,7 @@ ViewGain::ViewGain(const ViewGainConfig& config) : config_(config) {
       directions_[sector][row] = direction_of(2.0 * kPi * (static_cast<double>(sector) + 0.5) / kSectors, up);
     }
   }
+  solid_angle_ = stride() * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kRows;
 }
 
 double ViewGain::step_m(const mapping::OccupancyMap& map) const {
@@ -88,17 +89,14 @@ void ViewGain::follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& f
 
 double ViewGain::sector_m3(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, std::size_t sector,
                            const Foreseen* foreseen) const {
-  const SensorModel& sensor = config_.sensor;
   const double step = step_m(map);
-  const double height = std::sin(sensor.elevation_hi_rad) - std::sin(sensor.elevation_lo_rad);
-  const double solid_angle = stride() * (2.0 * kPi / kSectors) * height / kRows;
   double sum_m3 = 0.0;
   for (const Eigen::Vector3d& direction : directions_[sector]) {
     follow(map, from_m, direction, step, [&](const VoxelIndex& v, double r_m, bool unknown) {
       if (!unknown && !information_) return;
       if (foreseen != nullptr && foreseen->has(v)) return;
       const double part = unknown ? 1.0 : information_->part_of_unknown(map.log_odds(v));
-      sum_m3 += part * r_m * r_m * step * solid_angle;
+      sum_m3 += part * r_m * r_m * step * solid_angle_;
     });
   }
   return sum_m3;

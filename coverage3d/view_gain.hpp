@@ -83,6 +83,7 @@ class ViewGain {
   ViewGainConfig config_;
   std::optional<InformationGain> information_;
   std::array<std::array<Eigen::Vector3d, kRows>, kSectors> directions_;  ///< of the rays
+  double solid_angle_ = 0.0;                                             ///< of one
 };
 
 }  // namespace stairwell::coverage3d
