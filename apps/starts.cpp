@@ -3,6 +3,7 @@
 #include "apps/option_values.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "core/units.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +21,7 @@ constexpr double kColumnStep_m = 0.05;
 constexpr double kSpacing_m = 1.2;      ///< between starts that were chosen here
 constexpr double kHoverHeight_m = 0.8;  ///< above the lowest free position
 constexpr int kSpreadAttempts = 50;
+constexpr int kRoomyDirections = 16;
 
 std::string text_of(const Eigen::Vector3d& p) {
   return format_number(p.x()) + "," + format_number(p.y()) + "," + format_number(p.z());
@@ -51,6 +53,19 @@ CheckedStart check_one(const RunConfig& config, const sim3d::GroundTruth& truth,
     }
   }
   return checked;
+}
+
+/// Whether what is assumed of the space around a start (`start_bubble_m`) is true at its height: the robot can move
+/// there in any level direction. A camera that has not looked that way yet relies on it.
+bool roomy(const RunConfig& config, const sim3d::GroundTruth& truth, const Eigen::Vector3d& airborne_m) {
+  const double radius_m = config.fleet.robot.radius_m;
+  const double reach_m = std::max(0.0, config.fleet.start_bubble_m - radius_m);
+  for (int i = 0; i < kRoomyDirections; ++i) {
+    const double azimuth_rad = 2.0 * kPi * i / kRoomyDirections;
+    const Eigen::Vector3d side(std::cos(azimuth_rad), std::sin(azimuth_rad), 0.0);
+    if (!truth.sphere_free(airborne_m + reach_m * side, radius_m)) return false;
+  }
+  return true;
 }
 
 double spacing_m(const RunConfig& config) { return std::max(kSpacing_m, config.fleet.fellow_clearance_m); }
@@ -211,9 +226,12 @@ void add_starts(const RunConfig& config, const sim3d::GroundTruth& truth, std::v
     return std::tuple((p - center_m).squaredNorm(), p.z(), p.y(), p.x());
   };
   std::ranges::sort(positions_m, [&](const auto& a, const auto& b) { return order(a) < order(b); });
-  for (const Eigen::Vector3d& position_m : positions_m) {
-    if (starts.size() == config.uavs) return;
-    if (apart(starts, position_m, spacing_m(config))) starts.push_back({{position_m, 0.0}, false, position_m});
+  for (const bool any : {false, true}) {  // where none is left with room around it, those without
+    for (const Eigen::Vector3d& position_m : positions_m) {
+      if (starts.size() == config.uavs) return;
+      if (!apart(starts, position_m, spacing_m(config)) || !(any || roomy(config, truth, position_m))) continue;
+      starts.push_back({{position_m, 0.0}, false, position_m});
+    }
   }
   if (starts.size() < config.uavs) {
     throw InputError("--uavs " + std::to_string(config.uavs) + ": only " + std::to_string(starts.size()) +
@@ -239,6 +257,7 @@ void spread(const RunConfig& config, const sim3d::GroundTruth& truth, std::vecto
   for (std::size_t i = 0; i < starts.size(); ++i) {
     std::vector<CheckedStart> others = starts;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const bool was_roomy = roomy(config, truth, starts[i].airborne_m);
     for (int attempt = 0; attempt < kSpreadAttempts; ++attempt) {
       Start moved = starts[i].start;
       for (int axis = 0; axis < 2; ++axis)
@@ -247,6 +266,7 @@ void spread(const RunConfig& config, const sim3d::GroundTruth& truth, std::vecto
       try {
         const CheckedStart checked = check_one(config, truth, moved);
         if (!joined(config, truth, starts[i], checked)) continue;
+        if (was_roomy && !roomy(config, truth, checked.airborne_m)) continue;
         starts[i] = checked;
         break;
       } catch (const InputError&) {  // in a wall or outside the box

@@ -88,7 +88,7 @@ table_cubicle() {
   done
 }
 
-c2_rules=(--limits per-axis --radio-range 5 --finish frontier:1..1.5 --set robot_margin_m=0.02 --uavs 2,3,4 --bound off)
+c2_rules=(--limits per-axis --radio-range 5 --finish frontier:1..1.5 --uavs 2,3,4 --bound off)
 table_c2() {
   need_data c2 || return 0
   local spread  # 0: their starts. There the seeds differ in computing times alone; moved starts make other flights
@@ -136,8 +136,7 @@ table_map3d() {
 }
 
 table_tower() {
-  sweep tower "Office tower, one to eight UAVs" worlds/office_tower.sdf --uavs 1,2,4,8 "${moved[@]}" \
-    --set robot_margin_m=0.02
+  sweep tower "Office tower, one to eight UAVs" worlds/office_tower.sdf --uavs 1,2,4,8 "${moved[@]}"
 }
 
 page=$(mktemp "$runs/page-XXXXXX")

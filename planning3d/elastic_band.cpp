@@ -12,6 +12,8 @@ constexpr int kSweeps = 60;
 constexpr double kOverRelaxation = 1.8;
 constexpr double kStill_m = 1e-3;  // the band rests when no point moves farther in a sweep
 constexpr double kOnWay_m = 1e-3;
+constexpr double kAsideStep_m = 0.025;
+constexpr double kMostAside_m = 0.15;
 
 std::vector<Eigen::Vector3d> evenly_along(const std::vector<Eigen::Vector3d>& way_m, double spacing_m) {
   double length_m = 0.0;
@@ -34,6 +36,26 @@ std::vector<Eigen::Vector3d> evenly_along(const std::vector<Eigen::Vector3d>& wa
   return points_m;
 }
 
+/// The nearest place at which the robot fits with the room wanted, up to `kMostAside_m` away; the place itself where
+/// there is none. Planned ways touch corners: from there the band could only be drawn farther in.
+template <typename Fits>
+Eigen::Vector3d moved_aside(const Eigen::Vector3d& at_m, const Fits& fits) {
+  if (fits(at_m)) return at_m;
+  for (double aside_m = kAsideStep_m; aside_m < kMostAside_m + 1e-9; aside_m += kAsideStep_m) {
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          const Eigen::Vector3d way(x, y, z);
+          if (x == 0 && y == 0 && z == 0) continue;
+          const Eigen::Vector3d moved_m = at_m + aside_m * way.normalized();
+          if (fits(moved_m)) return moved_m;
+        }
+      }
+    }
+  }
+  return at_m;
+}
+
 }  // namespace
 
 ElasticBand::ElasticBand(const FreeSpace& space, const std::vector<Eigen::Vector3d>& way_m, double radius_m,
@@ -53,6 +75,7 @@ void ElasticBand::relax(const FreeSpace& space, double radius_m, double turn_m) 
     return space.flight_box().contains(at_m) && space.sphere_free(at_m, radius_m);
   };
   const std::size_t last = control_m_.size() - 1;
+  for (std::size_t i = first_free(); i < last; ++i) on_way_m_[i] = control_m_[i] = moved_aside(control_m_[i], fits);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double moved_m = 0.0;
     for (std::size_t i = first_free(); i < last; ++i) {

@@ -13,8 +13,9 @@ namespace stairwell::planning3d {
 
 /// A cubic B-spline (C2) whose control points are drawn from a polyline to where the curve bends little and is short,
 /// as far as the robot fits at every one of them (elastic band: Quinlan & Khatib 1993). Both ends stay, and the curve
-/// leaves along the polyline's first leg. What lies between the control points is for the caller to check;
-/// `loosen_near` leads the band back to the polyline there. Deterministic.
+/// leaves along the polyline's first leg. Where the polyline comes nearer to things than the room wanted (ways touch
+/// the corners they lead round), it is moved aside first. What lies between the control points is for the caller to
+/// check; `loosen_near` leads the band back to the polyline there. Deterministic.
 class ElasticBand {
  public:
   /// @param way_m at least two points, consecutive ones apart

@@ -16,12 +16,15 @@ namespace stairwell::planning3d {
 
 namespace {
 
-constexpr double kSpare_m = 0.03;  // asked for first: slivers of a surface in a voxel can slip through between the rays
+// Asked for first, in voxels: rays that graze a surface within a voxel make it free, usually those that leave out half
+// of it (an edge or a plane in its middle). Where that much does not fit, less, then none.
+constexpr double kSpares_voxels[] = {0.5, 0.3};
 constexpr double kYawShare = 0.98;
 constexpr double kBandSpare_m = 0.02;  // around control points: between them corners come nearer
 constexpr double kLeastTurn_m = 0.3;
 constexpr double kSlow_mps = 0.05;   // below this the UAV stops (in a step or two) before it sets off
 constexpr double kMaxReach_m = 1.5;  // of the rounding of a corner
+constexpr double kJoinSlack = 1.01;  // for the differences of sampled states
 constexpr double kLeastLeg_m = 0.05;
 constexpr int kMaxTightenings = 16;
 constexpr LimitShares kCautious{};
@@ -291,13 +294,26 @@ Ride gentle_stop(const Trajectory& flying, double depart_s, const MotionLimits& 
   }
 }
 
+/// Whether the step into a ride changes the acceleration no faster than the limit of jerk, which a bend that begins or
+/// ends at the departure would.
+bool joins_gently(const MotionState& start, const Ride& ride, const MotionLimits& limits) {
+  if (!limits.limits_jerk() || ride.states.size() < 2) return true;
+  const double step_s = Trajectory::kStep_s;
+  const Eigen::Vector3d acceleration_mps2 = (ride.states[1].velocity_mps - start.velocity_mps) / step_s;
+  const Eigen::Vector3d jerk_mps3 = (acceleration_mps2 - start.acceleration_mps2) / step_s;
+  const bool per_axis = limits.norm == MotionLimits::Norm::kPerAxis;
+  return (per_axis ? jerk_mps3.cwiseAbs().maxCoeff() : jerk_mps3.norm()) <= kJoinSlack * limits.jerk_mps3;
+}
+
 }  // namespace
 
 std::optional<Trajectory> TrajectoryBuilder::build(const FreeSpace& space, const TrajectoryRequest& request) const {
   if (!usable(request)) return std::nullopt;
-  SafetyCheck::Config roomy = check_.config();
-  roomy.spare_m += kSpare_m;
-  if (auto trajectory = build_checked(space, request, SafetyCheck(roomy), false)) return trajectory;
+  for (const double spare_voxels : kSpares_voxels) {
+    SafetyCheck::Config roomy = check_.config();
+    roomy.spare_m += spare_voxels * space.grid().resolution_m();
+    if (auto trajectory = build_checked(space, request, SafetyCheck(roomy), false)) return trajectory;
+  }
   if (auto trajectory = build_checked(space, request, check_, false)) return trajectory;
   return build_checked(space, request, check_, true);
 }
@@ -338,9 +354,10 @@ std::optional<Trajectory> TrajectoryBuilder::quickest_safe(const FreeSpace& spac
                                                            std::vector<Ride> rides) const {
   std::stable_sort(rides.begin(), rides.end(),
                    [](const Ride& a, const Ride& b) { return a.states.size() < b.states.size(); });
-  const MotionState start = request.previous->sample(request.depart_s);
+  const MotionState start = state_flown(*request.previous, request.depart_s);
   const YawPlan yaw(limits_, start.yaw_rad, start.yaw_rate_radps);
   for (Ride& ride : rides) {
+    if (!joins_gently(start, ride, limits_)) continue;
     if (ride.states.size() > 1) ride.states.back().position_m = goal_m;
     if (request.look_along_path) {
       yaw.look_along(ride.states, request.goal_yaw_rad);

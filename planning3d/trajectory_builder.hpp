@@ -24,7 +24,7 @@ struct TrajectoryRequest {
 ///
 /// The join follows the old (already checked) curve for 0, 1/4, .. 1 of the stopping distance and then turns on to the
 /// new path; the quickest candidate that is safe wins, and the last one brakes to rest on the old curve, which is
-/// always possible. Ends at rest.
+/// always possible. Ends at rest. Where there is room, half a voxel more than the check's radius is kept.
 class TrajectoryBuilder {
  public:
   TrajectoryBuilder(const MotionLimits& limits, const SafetyCheck& check) : limits_(limits), check_(check) {}

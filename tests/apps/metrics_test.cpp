@@ -2,6 +2,7 @@
 #include "apps/starts.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "core/units.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -168,6 +169,37 @@ TEST_CASE("starts are moved by the seed, but into no wall, through none, and not
     CHECK((starts[0].start.position_m - starts[1].start.position_m).norm() >= config.fleet.fellow_clearance_m);
   }
   CHECK(places.size() > 55);
+}
+
+TEST_CASE("starts that are chosen or moved have the room around them that is assumed free, where there is any") {
+  RunConfig config;
+  const sim3d::GroundTruth truth(room(), room_grid());
+  config.fleet.task_box = room_grid().box();
+  const double reach_m = config.fleet.start_bubble_m - config.fleet.robot.radius_m;
+  const auto room_to_move = [&](const Eigen::Vector3d& position_m) {
+    for (int i = 0; i < 16; ++i) {
+      const double azimuth_rad = rad_from_deg(22.5 * i);
+      const Eigen::Vector3d side(std::cos(azimuth_rad), std::sin(azimuth_rad), 0.0);
+      if (!truth.sphere_free(position_m + reach_m * side, config.fleet.robot.radius_m)) return false;
+    }
+    return true;
+  };
+  config.start_spread_m = 1.2;
+  for (config.fleet.seed = 1; config.fleet.seed <= 20; ++config.fleet.seed) {
+    config.starts.clear();
+    config.uavs = 2;
+    for (const CheckedStart& chosen : place_starts(config, truth)) CHECK(room_to_move(chosen.airborne_m));
+    config.starts = {{{-0.9, -0.7, 1.0}, 0.0}};
+    config.uavs = 1;
+    REQUIRE(room_to_move(config.starts[0].position_m));
+    CHECK(room_to_move(place_starts(config, truth)[0].airborne_m));
+  }
+  config.start_spread_m = 0.0;
+  config.starts.clear();
+  config.uavs = 5;  // more than have room
+  int without = 0;
+  for (const CheckedStart& chosen : place_starts(config, truth)) without += room_to_move(chosen.airborne_m) ? 0 : 1;
+  CHECK(without > 0);
 }
 
 TEST_CASE("a start on the floor takes off, one in a wall does not") {

@@ -40,7 +40,7 @@ TEST_CASE("with a limit of jerk sampled third differences keep to it, also acros
   int built = 0;
   int moving = 0;
   int refused = 0;
-  for (int number = 0; number < 8; ++number) {
+  for (int number = 0; number < 60; ++number) {
     TestWorld world({8.0, 8.0, 3.0}, 0.1);
     world.clutter(rng, 12, 1.6);
     const FreeSpace space = world.space();
@@ -72,9 +72,9 @@ TEST_CASE("with a limit of jerk sampled third differences keep to it, also acros
       now_s = rng.uniform(now_s, flying.end_time_s() + 0.3);
     }
   }
-  CHECK(built >= 25);
-  CHECK(moving >= 10);
-  CHECK(refused <= 2);
+  CHECK(built >= 200);
+  CHECK(moving >= 100);
+  CHECK(refused <= built / 50);
   WARN("built " << built << ", moving " << moving << ", refused " << refused);
 }
 

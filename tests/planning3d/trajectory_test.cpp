@@ -117,6 +117,48 @@ TEST_CASE("trajectories keep to limits, space and the motion under way", "[traje
                 << build_ms / (built + refused) << " ms, worst " << worst_ms << " ms");
 }
 
+TEST_CASE("flights keep half a voxel more than the radius where there is room, and fit where there is not",
+          "[trajectory]") {
+  TestWorld world({8.0, 6.0, 3.0}, 0.1);
+  world.fill({{2.5, -0.1, -0.1}, {3.0, 4.0, 3.1}}, true);
+  world.fill({{5.0, 2.0, -0.1}, {5.5, 6.1, 3.1}}, true);
+  const FreeSpace space = world.space();
+  SafetyCheck::Config roomy;
+  roomy.spare_m = 0.05;
+  const auto planner = make_planner("astar");
+  Rng rng = make_rng(3, "half a voxel");
+  int built = 0;
+  for (int flight = 0; flight < 20; ++flight) {
+    PlanRequest request;
+    request.start_m = {rng.uniform(0.5, 2.0), rng.uniform(0.5, 5.5), rng.uniform(0.5, 2.5)};
+    request.goal_m = {rng.uniform(6.0, 7.5), rng.uniform(0.5, 5.5), rng.uniform(0.5, 2.5)};
+    const PlanResult plan = planner->plan(space, request);
+    REQUIRE(plan.status == PlanStatus::kReached);
+    const Trajectory hovering = Trajectory::hover(0.0, request.start_m, 0.0);
+    TrajectoryRequest wanted;
+    wanted.previous = &hovering;
+    wanted.path_m = plan.path_m;
+    const auto trajectory = TrajectoryBuilder(random_limits(rng), SafetyCheck()).build(space, wanted);
+    if (!trajectory) continue;
+    ++built;
+    CAPTURE(request.start_m.transpose(), request.goal_m.transpose());
+    CHECK(SafetyCheck(roomy).check_space(space, *trajectory, 0.0).safe());
+  }
+  CHECK(built == 20);
+
+  TestWorld tunnel({6.0, 3.0, 3.0}, 0.1);  // as wide as the UAV
+  tunnel.fill({{2.0, -0.1, -0.1}, {4.0, 1.3, 3.1}}, true);
+  tunnel.fill({{2.0, 1.7, -0.1}, {4.0, 3.1, 3.1}}, true);
+  const Trajectory hovering = Trajectory::hover(0.0, {1.0, 1.5, 1.5}, 0.0);
+  TrajectoryRequest wanted;
+  wanted.previous = &hovering;
+  wanted.path_m = {{1.0, 1.5, 1.5}, {5.0, 1.5, 1.5}};
+  const FreeSpace narrow = tunnel.space();
+  const auto through = TrajectoryBuilder(MotionLimits{}, SafetyCheck()).build(narrow, wanted);
+  REQUIRE(through.has_value());
+  CHECK(checkers::motion_space_problem(narrow, *through) == "");
+}
+
 TEST_CASE("straight flights take hardly longer than bang-bang", "[trajectory]") {
   TestWorld world({12.0, 4.0, 3.0}, 0.1);
   const FreeSpace space = world.space();
