@@ -228,7 +228,7 @@ const std::vector<Entry>& motion_entries() {
       {{"robot_radius_m", "--robot-radius", "M", "radius of a UAV"}, "0.2", number([](RunConfig& c) -> double& {
          return c.fleet.robot.radius_m;
        })},
-      {{"robot_margin_m", "", "", "planning keeps this much more"}, "0.02", number([](RunConfig& c) -> double& {
+      {{"robot_margin_m", "", "", "planning keeps this much more"}, "0", number([](RunConfig& c) -> double& {
          return c.fleet.robot.margin_m;
        })},
       {{"fellow_clearance_m", "", "", "least distance between two UAVs' centres"},
