@@ -228,9 +228,9 @@ const std::vector<Entry>& motion_entries() {
       {{"robot_radius_m", "--robot-radius", "M", "radius of a UAV"}, "0.2", number([](RunConfig& c) -> double& {
          return c.fleet.robot.radius_m;
        })},
-      {{"robot_margin_m", "", "", "planning keeps this much more"}, "0", number([](RunConfig& c) -> double& {
-         return c.fleet.robot.margin_m;
-       })},
+      {{"robot_margin_m", "", "", "planning keeps this much more than the radius"},
+       "0.015",
+       number([](RunConfig& c) -> double& { return c.fleet.robot.margin_m; })},
       {{"fellow_clearance_m", "", "", "least distance between two UAVs' centres"},
        "0.6",
        number([](RunConfig& c) -> double& { return c.fleet.fellow_clearance_m; })},

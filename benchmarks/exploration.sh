@@ -24,7 +24,7 @@ while [[ $# -gt 0 ]]; do
   esac
   shift
 done
-more=(--set robot_margin_m=0.02 "$@")  # without it UAVs touch edges by millimetres now and then (docs/exploration.md)
+more=("$@")
 [[ ${#wanted[@]} -gt 0 ]] || wanted=(worlds baselines duplex cubicle c2 thesis map3d tower turns)
 [[ -x $program ]] || { echo "exploration.sh: $program is missing; run scripts/build.sh first" >&2; exit 1; }
 mkdir -p "$runs" "$(dirname "$out")"

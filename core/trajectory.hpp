@@ -21,6 +21,10 @@ struct MotionLimits {
   /// How much faster than the limits a motion along `direction` (any length but zero) may be: 1 for Euclidean limits,
   /// up to sqrt(3) on a space diagonal per axis. The same for speed and acceleration.
   double stretch(const Eigen::Vector3d& direction) const;
+  /// What is limited of a velocity, an acceleration or a jerk: its norm, or its largest component per axis.
+  double size_of(const Eigen::Vector3d& v) const {
+    return norm == Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
+  }
   std::vector<std::string> problems() const;
 };
 

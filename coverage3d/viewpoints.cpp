@@ -129,12 +129,13 @@ double ViewpointSampler::sight_m(const GridSpec& grid) const {
   return std::min(0.95 * sensor.max_range_m, std::max(dense_m, 0.3 * sensor.max_range_m));
 }
 
+/// Through free space; a free voxel in which a return once fell lies at a surface, and what is behind it inside.
 bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
                             VoxelIndex* first) const {
   bool seen = false;
   walk_voxels(map.grid(), from_m, target.unknown_m, [&](const VoxelIndex& v) {
     const Occupancy there = map.at(v);
-    if (there == Occupancy::kFree) return true;
+    if (there == Occupancy::kFree) return !map.ever_hit(v);
     seen = there == Occupancy::kUnknown && distance_cells(v, target.unknown) <= 1;
     if (first != nullptr) *first = v;
     return false;

@@ -13,10 +13,6 @@ constexpr double kSwing = 2.0;    // from full acceleration to full braking with
 constexpr double kSlower = 0.75;  // of the squared speed, where a limit was exceeded
 constexpr int kRounds = 30;
 
-double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
-  return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
-}
-
 /// Arc length over time with a constant acceleration between two nodes, and its integral.
 class TimeLaw {
  public:
@@ -110,7 +106,7 @@ Sampled running_mean(const Curve& curve, const TimeLaw& law, double window_s, co
     sampled.states.push_back(state_at(curve, arc_m, std::max(0.0, (now.arc_m - then.arc_m) / window_s),
                                       (now.speed_mps - then.speed_mps) / window_s));
     Eigen::Vector3d& stored_mps2 = sampled.states.back().acceleration_mps2;
-    const double asked = size_of(stored_mps2, limits.norm) / limits.acceleration_mps2;
+    const double asked = limits.size_of(stored_mps2) / limits.acceleration_mps2;
     if (asked > 1.0) stored_mps2 /= asked;
   }
   MotionState rest;
@@ -131,9 +127,9 @@ bool slow_down(const Sampled& sampled, const Curve& curve, const MotionLimits& l
   std::vector<char> slower(curve.size(), 0);
   bool fine = true;
   for (std::size_t i = 0; i < sampled.states.size(); ++i) {
-    const bool kept = size_of(sampled.states[i].velocity_mps, limits.norm) <= limits.speed_mps &&
-                      size_of(change(i), limits.norm) <= 0.999 * limits.acceleration_mps2 &&
-                      size_of(change(i + 1) - change(i), limits.norm) <= 0.999 * limits.jerk_mps3 * h_s;
+    const bool kept = limits.size_of(sampled.states[i].velocity_mps) <= limits.speed_mps &&
+                      limits.size_of(change(i)) <= 0.999 * limits.acceleration_mps2 &&
+                      limits.size_of(change(i + 1) - change(i)) <= 0.999 * limits.jerk_mps3 * h_s;
     if (kept) continue;
     fine = false;
     const double around_m = 0.05 + 0.5 * window_s * sampled.states[i].velocity_mps.norm();

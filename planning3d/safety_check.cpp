@@ -115,10 +115,6 @@ class Walker {
   Eigen::Vector3d last_m_ = Eigen::Vector3d::Zero();
 };
 
-double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
-  return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
-}
-
 double off_line_m(const Eigen::Vector3d& p_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
   const Eigen::Vector3d way_m = to_m - from_m;
   const double u = std::clamp((p_m - from_m).dot(way_m) / std::max(way_m.squaredNorm(), 1e-18), 0.0, 1.0);
@@ -210,24 +206,24 @@ SafetyReport SafetyCheck::check_limits(const Trajectory& trajectory, const Motio
     const double time_s = trajectory.start_time_s() + dt_s * static_cast<double>(i);
     if (time_s < from_s - 1e-9) continue;
     const MotionState& now = states[i];
-    bool fine = size_of(now.velocity_mps, limits.norm) <= limits.speed_mps * slack &&
+    bool fine = limits.size_of(now.velocity_mps) <= limits.speed_mps * slack &&
                 std::abs(now.yaw_rate_radps) <= limits.yaw_rate_radps * slack;
     if (fine && i + 1 < states.size()) {
       const MotionState& next = states[i + 1];
       const Eigen::Vector3d change_mps = next.velocity_mps - now.velocity_mps;
       const Eigen::Vector3d moved_m = next.position_m - now.position_m;
-      fine = size_of(change_mps, limits.norm) <= limits.acceleration_mps2 * dt_s * slack &&
+      fine = limits.size_of(change_mps) <= limits.acceleration_mps2 * dt_s * slack &&
              std::abs(next.yaw_rate_radps - now.yaw_rate_radps) <= limits.yaw_acceleration_radps2 * dt_s * slack &&
-             size_of(moved_m, limits.norm) <= limits.speed_mps * dt_s * slack + 1e-6 &&
+             limits.size_of(moved_m) <= limits.speed_mps * dt_s * slack + 1e-6 &&
              std::abs(wrap_angle(next.yaw_rad - now.yaw_rad)) <= limits.yaw_rate_radps * dt_s * slack + 1e-6;
     } else if (fine) {  // it rests from the last state on
-      fine = size_of(now.velocity_mps, limits.norm) <= limits.acceleration_mps2 * dt_s * slack &&
+      fine = limits.size_of(now.velocity_mps) <= limits.acceleration_mps2 * dt_s * slack &&
              std::abs(now.yaw_rate_radps) <= limits.yaw_acceleration_radps2 * dt_s * slack;
     }
     if (fine && limits.limits_jerk() && i > 0 && time_s - dt_s >= from_s - 1e-9) {
       const Eigen::Vector3d after_mps = i + 1 < states.size() ? states[i + 1].velocity_mps : Eigen::Vector3d::Zero();
       const Eigen::Vector3d twice_mps = after_mps - 2.0 * now.velocity_mps + states[i - 1].velocity_mps;
-      fine = size_of(twice_mps, limits.norm) <= limits.jerk_mps3 * dt_s * dt_s * slack;
+      fine = limits.size_of(twice_mps) <= limits.jerk_mps3 * dt_s * dt_s * slack;
     }
     if (!fine) return {Verdict::kLimits, time_s, now.position_m};
   }

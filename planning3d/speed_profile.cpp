@@ -13,10 +13,6 @@ constexpr double kLeastSquaredSpeed = 1e-6;  // inner nodes; keeps travel times 
 constexpr double kSharpCosine = 0.9;    // sharper turns between two nodes are cusps that the table cannot hold
 constexpr double kStoredShare = 0.999;  // between nodes the stored value may round above the limit
 
-double size_of(const Eigen::Vector3d& v, MotionLimits::Norm norm) {
-  return norm == MotionLimits::Norm::kEuclidean ? v.norm() : v.cwiseAbs().maxCoeff();
-}
-
 /// One piece of the curve between two nodes.
 struct Piece {
   double length_m;
@@ -50,7 +46,7 @@ double spare_acceleration(const Piece& piece, double u, double sign, const Motio
   return std::max(0.0, spare);
 }
 
-double bend_size(const Piece& piece, const MotionLimits& limits) { return size_of(piece.bend_per_m, limits.norm); }
+double bend_size(const Piece& piece, const MotionLimits& limits) { return limits.size_of(piece.bend_per_m); }
 
 /// Largest squared speed at the far node, at most `ceiling`, when leaving the near one with `u` (the same holds
 /// backwards in time).
@@ -161,7 +157,7 @@ std::vector<MotionState> timed_states(const Curve& curve, const std::vector<doub
       state.position_m = point_between(curve, i, u);
       state.velocity_mps = speed_mps * along;
       state.acceleration_mps2 = acceleration * along + speed_mps * speed_mps * bend_per_m;
-      const double asked = size_of(state.acceleration_mps2, limits.norm) / (kStoredShare * limits.acceleration_mps2);
+      const double asked = limits.size_of(state.acceleration_mps2) / (kStoredShare * limits.acceleration_mps2);
       if (asked > 1.0) state.acceleration_mps2 /= asked;
       states.push_back(state);
     }

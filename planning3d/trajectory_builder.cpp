@@ -301,8 +301,7 @@ bool joins_gently(const MotionState& start, const Ride& ride, const MotionLimits
   const double step_s = Trajectory::kStep_s;
   const Eigen::Vector3d acceleration_mps2 = (ride.states[1].velocity_mps - start.velocity_mps) / step_s;
   const Eigen::Vector3d jerk_mps3 = (acceleration_mps2 - start.acceleration_mps2) / step_s;
-  const bool per_axis = limits.norm == MotionLimits::Norm::kPerAxis;
-  return (per_axis ? jerk_mps3.cwiseAbs().maxCoeff() : jerk_mps3.norm()) <= kJoinSlack * limits.jerk_mps3;
+  return limits.size_of(jerk_mps3) <= kJoinSlack * limits.jerk_mps3;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "apps/run_config.hpp"
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "mapping/distance_field.hpp"
 #include "test_world.hpp"
 
 #include <catch2/catch.hpp>
@@ -53,6 +54,23 @@ TEST_CASE("defaults follow mode and sensor") {
 
   Settings mid360{{"sensor", {"lidar", ""}}, {"fov_deg", {"360x-7..45", ""}}};
   CHECK(resolve(mid360).fleet.sensor.rays_elevation == 53);
+}
+
+// Clearances are compared with distances between voxels, so that a hair more can cost a whole voxel on either side
+// (2 cm in voxels of 10 cm do).
+TEST_CASE("by default planning keeps more than the radius and no passage is closed by it") {
+  Settings settings{{"world", {"a.sdf", "WORLD"}}};
+  const RunConfig config = resolve(settings);
+  const Robot& robot = config.fleet.robot;
+  CHECK(robot.margin_m >= 0.01);
+  const auto to_walls = [](double clearance_m, double resolution_m) {
+    const int squared = mapping::min_squared_cells_for(clearance_m, resolution_m);
+    return std::ceil(std::sqrt(static_cast<double>(squared)));
+  };
+  for (const double resolution_m : {0.05, 0.1, 0.2}) {
+    INFO(resolution_m);
+    CHECK(to_walls(robot.clearance_m(), resolution_m) == to_walls(robot.radius_m, resolution_m));
+  }
 }
 
 TEST_CASE("rules of exploring are read, and refused with the mend") {
