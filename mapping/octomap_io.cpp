@@ -148,6 +148,8 @@ void write_octomap(const octomap::OcTree& tree, std::ostream& stream, OctomapFor
     tree.write(content);
   } else {
     octomap::OcTree copy(tree);  // writeBinary clamps what it writes
+    // The format tells a leaf's class in its parent's record: a tree of one leaf would come back as an unknown one.
+    if (copy.getRoot() != nullptr && !copy.nodeHasChildren(copy.getRoot())) copy.expandNode(copy.getRoot());
     copy.writeBinary(content);
   }
   const std::string_view bytes = content.view();

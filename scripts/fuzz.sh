@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # fuzz.sh [seconds [target...]]: builds the libFuzzer programs of tests/fuzz (preset fuzz) and runs each for that long
-# (default 60) from its kept corpus. Exit code 1 after a finding, whose input is kept in <build>/findings/. New inputs gather
-# in <build>/corpus/; `fuzz.sh --merge` takes what they add to the corpus.
-# FUZZ_SEED=N searches much the same inputs every time (default: others every time); FUZZ_BUILD_DIR names another build folder.
+# (default 60) from its kept corpus. Exit code 1 when a kept input fails, 3 when the search finds a new one that does, which is
+# kept in <build>/findings/ and printed. New inputs gather in <build>/corpus/; `fuzz.sh --merge` takes what they add to the
+# corpus. FUZZ_BUILD_DIR names another build folder.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -28,11 +28,23 @@ fi
 cmake --preset fuzz -B "$build" >/dev/null
 cmake --build "$build" -j "$(nproc)" --target "${targets[@]}"
 
-# The largest sound input needs some 100 MB; one that asks for more is a finding, as is one that takes 20 seconds.
-limits=(-rss_limit_mb=3000 -malloc_limit_mb=1000 -timeout=20 -max_len=4000)
+# The largest sound input needs some 100 MB; one that asks for more is a finding, as is one that takes a minute.
+limits=(-rss_limit_mb=3000 -malloc_limit_mb=1000 -timeout=60 -max_len=4000)
 # Short stacks and a small quarantine: OctoMap's recursion fills memory with distinct stacks otherwise.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-malloc_context_size=4:quarantine_size_mb=64}
 mkdir -p "$build/findings"
+
+# What went wrong with a target, and the input, so that a log is enough to run it again.
+tell() {
+  local input
+  grep -aE '^fuzzer: |ERROR: |SUMMARY: |Test unit written' "$build/$1.log" || tail -n 5 "$build/$1.log"
+  input=$(sed -n 's/.*Test unit written to //p' "$build/$1.log" | tail -n 1)
+  if [[ -f "$input" ]]; then
+    echo "the input (base64 -d | gunzip):"
+    gzip -9nc "$input" | base64
+  fi
+}
+
 failed=0
 summary=""
 for target in "${targets[@]}"; do
@@ -47,17 +59,25 @@ for target in "${targets[@]}"; do
     continue
   fi
   status=0
-  "$build/bin/$target" "${limits[@]}" -seed="${FUZZ_SEED:-0}" -max_total_time="$seconds" -print_final_stats=1 \
+  "$build/bin/$target" "${limits[@]}" -runs=0 -artifact_prefix="$build/findings/$target-" "$kept" \
+    >"$build/$target.log" 2>&1 || status=$?
+  if [[ $status -ne 0 ]]; then
+    failed=1
+    summary+="$target: A KEPT INPUT FAILS (see $build/$target.log)"$'\n'
+    tell "$target"
+    continue
+  fi
+  "$build/bin/$target" "${limits[@]}" -max_total_time="$seconds" -print_final_stats=1 \
     -artifact_prefix="$build/findings/$target-" "$found" "$kept" >"$build/$target.log" 2>&1 || status=$?
   runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$build/$target.log")
-  counts=$(grep -oE 'cov: [0-9]+ ft: [0-9]+' "$build/$target.log" | tail -1 || true)
+  counts=$(grep -aoE 'cov: [0-9]+ ft: [0-9]+' "$build/$target.log" | tail -n 1 || true)
   summary+="$target: ${runs:-?} executions, ${counts:-no coverage}, "
   if [[ $status -eq 0 ]]; then
     summary+="nothing found"$'\n'
   else
-    failed=1
+    [[ $failed -ne 0 ]] || failed=3
     summary+="FINDING (see $build/$target.log, input in $build/findings/)"$'\n'
-    grep -E '^fuzzer: |ERROR: |SUMMARY: |Test unit written' "$build/$target.log" || tail -5 "$build/$target.log"
+    tell "$target"
   fi
 done
 printf '%s' "$summary"

@@ -42,15 +42,16 @@ bool is_mesh_extension(const std::string& extension) { return extension == ".stl
 
 namespace {
 
-/// A folder in memory, gone when the program ends.
+/// A folder, in memory where there is room for one, gone when the program ends.
 struct Scratch {
   fs::path folder;
 
   Scratch() {
-    std::error_code error;
-    const fs::path memory = fs::exists("/dev/shm", error) ? fs::path("/dev/shm") : fs::temp_directory_path();
-    std::string name = (memory / "stairwell-fuzz-XXXXXX").string();
-    require(mkdtemp(name.data()) != nullptr, "no folder for the files");
+    std::string name = "/dev/shm/stairwell-fuzz-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) {
+      name = (fs::temp_directory_path() / "stairwell-fuzz-XXXXXX").string();
+      require(mkdtemp(name.data()) != nullptr, "no folder for the files");
+    }
     folder = name;
     write("image.yaml", "image: content.pgm\nresolution: 0.1\norigin: [1, -2, 0.5]\n");
     write("picture.yaml", "image: content.png\nresolution: 0.1\nnegate: 1\noccupied_thresh: 0.5\n");

@@ -6,6 +6,7 @@
 #include "tests/test_folder.hpp"
 
 #include <catch2/catch.hpp>
+#include <octomap/OcTree.h>
 
 #include <filesystem>
 #include <fstream>
@@ -119,6 +120,25 @@ TEST_CASE("an empty map makes readable files", "[io]") {
     CHECK(tree->size() == 0);
     CHECK_THROWS_AS(map_from_octree(*tree), InputError);
     CHECK(map_from_octree(*tree, map.grid()).known_voxels() == 0);
+  }
+}
+
+TEST_CASE("a tree that is one leaf keeps its class in both formats", "[io]") {
+  for (const float log_odds : {2.0F, -1.0F}) {
+    const std::string record(reinterpret_cast<const char*>(&log_odds), sizeof log_odds);
+    const auto tree =
+        parse_octree("# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n" + record + '\0', "one.ot");
+    REQUIRE(tree->size() == 1);
+    for (const char* name : {"one.ot", "one.bt"}) {
+      CAPTURE(name, log_odds);
+      save_octomap(*tree, scratch(name));
+      const auto again = load_octree(scratch(name));
+      for (const double at_m : {-3000.0, 0.05, 2999.0}) {
+        const octomap::OcTreeNode* node = again->search(at_m, -at_m, at_m);
+        REQUIRE(node != nullptr);
+        CHECK(again->isNodeOccupied(node) == (log_odds > 0.0F));
+      }
+    }
   }
 }
 
