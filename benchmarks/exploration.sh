@@ -122,9 +122,11 @@ table_thesis() {
   need_data thesis || return 0
   sweep thesis-360 "Thesis maps A and C, vision of 360 degrees" "$data/thesis/map_A.yaml" "$data/thesis/map_C.yaml" \
     "${thesis_task[@]}" --sensor lidar --fov-deg 360x-15..15
+  sweep thesis-360-moved "The same, starts moved by up to 0.25 m" "$data/thesis/map_A.yaml" "$data/thesis/map_C.yaml" \
+    "${thesis_task[@]}" --sensor lidar --fov-deg 360x-15..15 "${moved[@]}"
   sweep thesis-50 "Thesis maps A and C, vision of 50 degrees" "$data/thesis/map_A.yaml" "$data/thesis/map_C.yaml" \
     "${thesis_task[@]}" --sensor depth --fov-deg 50x30
-  python3 benchmarks/thesis_table.py "$runs/thesis-360" "$runs/thesis-50" >>"$page"
+  python3 benchmarks/thesis_table.py "$runs"/thesis-{360,360-moved,50} >>"$page"
 }
 
 table_map3d() {
