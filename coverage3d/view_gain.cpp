@@ -47,7 +47,8 @@ Foreseen::Foreseen(const GridSpec& grid)
   cells_.assign(size_[0] * size_[1] * size_[2], false);
 }
 
-ViewGain::ViewGain(const ViewGainConfig& config) : config_(config) {
+ViewGain::ViewGain(const ViewGainConfig& config, bool one_by_one)
+    : config_(config), bundled_(!one_by_one && config.kind == GainKind::kVolume) {
   if (config.kind == GainKind::kEntropy) information_.emplace(config.occupancy);
   const double sin_lo = std::sin(config.sensor.elevation_lo_rad);
   const double sin_hi = std::sin(config.sensor.elevation_hi_rad);
@@ -57,11 +58,38 @@ ViewGain::ViewGain(const ViewGainConfig& config) : config_(config) {
       directions_[sector][row] = direction_of(2.0 * kPi * (static_cast<double>(sector) + 0.5) / kSectors, up);
     }
   }
+  static_assert(kSectors % (2 * gain_rays::kLanes) == 0, "bundles are full, whatever the stride");
+  const auto every = static_cast<std::size_t>(stride());
+  for (std::size_t sector = 0; sector < kSectors; sector += every * gain_rays::kLanes) {
+    gain_rays::Bundle& bundle = bundles_.emplace_back();
+    for (std::size_t row = 0; row < kRows; ++row) {
+      gain_rays::Bundle::Row& rays = bundle.rows.emplace_back();
+      for (std::size_t lane = 0; lane < gain_rays::kLanes; ++lane) {
+        const Eigen::Vector3d& direction = directions_[sector + every * lane][row];
+        rays.x[lane] = direction.x();
+        rays.y[lane] = direction.y();
+        rays.z[lane] = direction.z();
+      }
+    }
+  }
   solid_angle_ = stride() * (2.0 * kPi / kSectors) * (sin_hi - sin_lo) / kRows;
 }
 
 double ViewGain::step_m(const mapping::OccupancyMap& map) const {
   return std::max({kStep_m, map.grid().resolution_m(), config_.sensor.max_range_m / kSteps});
+}
+
+/// What `follow` and `sector_m3` do along every ray, in numbers.
+gain_rays::Steps ViewGain::steps(double step_m) const {
+  gain_rays::Steps all;
+  for (double r_m = step_m; r_m < config_.sensor.max_range_m; r_m += step_m) {
+    all.r_m.push_back(r_m);
+    const double value_m3 = r_m * r_m * step_m * solid_angle_;
+    all.value_m3.push_back(r_m >= config_.sensor.min_range_m ? value_m3 : 0.0);
+  }
+  const double deepest_m = kDepthPart * config_.sensor.max_range_m;
+  for (double depth_m = 0.0; depth_m < deepest_m; depth_m += step_m) ++all.most_unknown;
+  return all;
 }
 
 template <typename Each>
@@ -105,7 +133,17 @@ double ViewGain::sector_m3(const mapping::OccupancyMap& map, const Eigen::Vector
 ViewGain::Panorama ViewGain::panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
                                       const Foreseen* foreseen) const {
   Panorama sectors{};
-  for (std::size_t sector = 0; sector < kSectors; sector += static_cast<std::size_t>(stride())) {
+  const auto every = static_cast<std::size_t>(stride());
+  if (bundled_ && foreseen == nullptr && gain_rays::usable(map, config_.box)) {
+    const gain_rays::Steps all = steps(step_m(map));
+    for (std::size_t i = 0; i < bundles_.size(); ++i) {
+      const auto sums_m3 = gain_rays::sum(map, config_.box, from_m, all, bundles_[i]);
+      for (std::size_t lane = 0; lane < gain_rays::kLanes; ++lane)
+        sectors[every * (i * gain_rays::kLanes + lane)] = sums_m3[lane];
+    }
+    return sectors;
+  }
+  for (std::size_t sector = 0; sector < kSectors; sector += every) {
     sectors[sector] = sector_m3(map, from_m, sector, foreseen);
   }
   return sectors;

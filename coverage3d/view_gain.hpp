@@ -2,6 +2,7 @@
 
 #include "core/aabb.hpp"
 #include "core/scan.hpp"
+#include "coverage3d/gain_rays.hpp"
 #include "coverage3d/information_gain.hpp"
 #include "mapping/occupancy_map.hpp"
 
@@ -49,8 +50,9 @@ class ViewGain {
   static constexpr int kSectors = 24;
   using Panorama = std::array<double, kSectors>;  ///< by azimuth sector, m3
 
+  /// @param one_by_one  rays are followed one by one also where several can be at once; gains are the same
   /// @throws InputError when kEntropy is asked for and the map's sensor model teaches nothing
-  explicit ViewGain(const ViewGainConfig& config);
+  explicit ViewGain(const ViewGainConfig& config, bool one_by_one = false);
 
   /// @param foreseen counts nothing; may be null
   Panorama panorama(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
@@ -79,8 +81,11 @@ class ViewGain {
   void follow(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction,
               double step_m, const Each& each) const;
   double step_m(const mapping::OccupancyMap& map) const;
+  gain_rays::Steps steps(double step_m) const;
 
   ViewGainConfig config_;
+  bool bundled_;                            ///< rays may be followed several at a time
+  std::vector<gain_rays::Bundle> bundles_;  ///< of the sectors of a panorama
   std::optional<InformationGain> information_;
   std::array<std::array<Eigen::Vector3d, kRows>, kSectors> directions_;  ///< of the rays
   double solid_angle_ = 0.0;                                             ///< of one

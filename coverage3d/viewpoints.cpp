@@ -2,7 +2,6 @@
 
 #include "core/rng.hpp"
 #include "core/units.hpp"
-#include "coverage3d/voxel_walk.hpp"
 
 #include <algorithm>
 #include <array>
@@ -47,10 +46,32 @@ double best_window(std::vector<double> azimuths_rad, double width_rad) {
   return wrap_angle(center);
 }
 
-bool within_elevation(const SensorModel& sensor, const Eigen::Vector3d& offset_m) {
-  const double elevation = std::atan2(offset_m.z(), std::hypot(offset_m.x(), offset_m.y()));
-  return elevation >= kFieldFill * sensor.elevation_lo_rad && elevation <= kFieldFill * sensor.elevation_hi_rad;
-}
+/// Elevations that are relied on. Nearly all directions are told apart without the arc tangent.
+class ElevationBand {
+ public:
+  explicit ElevationBand(const SensorModel& sensor)
+      : lo_rad_(kFieldFill * sensor.elevation_lo_rad),
+        hi_rad_(kFieldFill * sensor.elevation_hi_rad),
+        tan_lo_(std::tan(lo_rad_)),
+        tan_hi_(std::tan(hi_rad_)),
+        steep_(std::max(std::abs(lo_rad_), std::abs(hi_rad_)) > kSteep_rad) {}
+
+  bool contains(const Eigen::Vector3d& offset_m) const {
+    const double across_m = std::sqrt(offset_m.x() * offset_m.x() + offset_m.y() * offset_m.y());
+    const double unsure_m = 1e-9 * (across_m + std::abs(offset_m.z()));
+    const double above_lo_m = offset_m.z() - across_m * tan_lo_;
+    const double below_hi_m = across_m * tan_hi_ - offset_m.z();
+    const double inside_m = std::min(above_lo_m, below_hi_m);
+    if (!steep_ && std::abs(above_lo_m) > unsure_m && std::abs(below_hi_m) > unsure_m) return inside_m > 0.0;
+    const double elevation = std::atan2(offset_m.z(), std::hypot(offset_m.x(), offset_m.y()));
+    return elevation >= lo_rad_ && elevation <= hi_rad_;
+  }
+
+ private:
+  static constexpr double kSteep_rad = 1.5;  // beyond, tangents are too large to be compared with
+  double lo_rad_, hi_rad_, tan_lo_, tan_hi_;
+  bool steep_;
+};
 
 std::vector<VoxelIndex> heights_voxels(const GridSpec& grid, const std::vector<double>& heights_m) {
   std::vector<VoxelIndex> found;
@@ -111,13 +132,19 @@ double ViewpointSampler::seen_part(const planning3d::FreeSpace& space, const Vie
   const std::vector<Target> aims = targets(space, cluster, kGlanceCells);
   const double far_m = sight_m(space.grid());
   const double half_fov = config_.sensor.panoramic() ? kPi : 0.5 * kFieldFill * config_.sensor.azimuth_fov_rad;
-  int seen = 0;
+  const ElevationBand band(config_.sensor);
+  SightLines lines;
+  std::vector<const Target*> looked_at;
   for (const Target& aim : aims) {
     const Eigen::Vector3d offset_m = aim.unknown_m - view.position_m;
-    if (offset_m.norm() > far_m || !within_elevation(config_.sensor, offset_m)) continue;
+    if (offset_m.norm() > far_m || !band.contains(offset_m)) continue;
     if (std::abs(wrap_angle(std::atan2(offset_m.y(), offset_m.x()) - view.yaw_rad)) > half_fov) continue;
-    seen += sees(space.map(), view.position_m, aim);
+    lines.add(view.position_m, aim.unknown_m);
+    looked_at.push_back(&aim);
   }
+  const std::vector<std::uint32_t>& stops = lines.follow(space.map());
+  int seen = 0;
+  for (std::size_t i = 0; i < stops.size(); ++i) seen += sees(space.map(), stops[i], *looked_at[i]);
   return aims.empty() ? 0.0 : static_cast<double>(seen) / static_cast<double>(aims.size());
 }
 
@@ -130,17 +157,10 @@ double ViewpointSampler::sight_m(const GridSpec& grid) const {
 }
 
 /// Through free space; a free voxel in which a return once fell lies at a surface, and what is behind it inside.
-bool ViewpointSampler::sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
-                            VoxelIndex* first) const {
-  bool seen = false;
-  walk_voxels(map.grid(), from_m, target.unknown_m, [&](const VoxelIndex& v) {
-    const Occupancy there = map.at(v);
-    if (there == Occupancy::kFree) return !map.ever_hit(v);
-    seen = there == Occupancy::kUnknown && distance_cells(v, target.unknown) <= 1;
-    if (first != nullptr) *first = v;
-    return false;
-  });
-  return seen;
+/// @param stop  where the line to the target ends
+bool ViewpointSampler::sees(const mapping::OccupancyMap& map, std::uint32_t stop, const Target& target) {
+  return stop != SightLines::kNothing && map.at(std::size_t{stop}) == Occupancy::kUnknown &&
+         distance_cells(map.grid().voxel(stop), target.unknown) <= 1;
 }
 
 /// Turns a view, without losing much of its cluster, to where the most unknown space comes into sight with it.
@@ -172,47 +192,70 @@ void ViewpointSampler::turn_to_most(const mapping::OccupancyMap& map, Viewpoint&
   view.yaw_rad = best_yaw_rad;
 }
 
-int ViewpointSampler::rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
-                                  const std::vector<Target>& targets) const {
+/// Of a few of the targets, how many are seen from each candidate.
+std::vector<int> ViewpointSampler::rough_counts(const mapping::OccupancyMap& map,
+                                                const std::vector<VoxelIndex>& candidates,
+                                                const std::vector<Target>& targets, SightLines& lines) const {
   const double far_m = sight_m(map.grid());
-  const std::size_t count = std::min<std::size_t>(kRoughCells, targets.size());
-  int seen = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Target& target = targets[i * targets.size() / count];
-    const Eigen::Vector3d offset_m = target.unknown_m - from_m;
-    if (offset_m.norm() > far_m || !within_elevation(config_.sensor, offset_m)) continue;
-    seen += sees(map, from_m, target);
+  const ElevationBand band(config_.sensor);
+  const std::size_t few = std::min<std::size_t>(kRoughCells, targets.size());
+  struct Line {
+    std::size_t candidate;
+    const Target* target;
+  };
+  std::vector<Line> looks;
+  looks.reserve(few * candidates.size());
+  lines.clear();
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const Eigen::Vector3d from_m = map.grid().center_of(candidates[c]);
+    for (std::size_t i = 0; i < few; ++i) {
+      const Target& target = targets[i * targets.size() / few];
+      const Eigen::Vector3d offset_m = target.unknown_m - from_m;
+      if (offset_m.norm() > far_m || !band.contains(offset_m)) continue;
+      lines.add(from_m, target.unknown_m);
+      looks.push_back({c, &target});
+    }
   }
+  const std::vector<std::uint32_t>& stops = lines.follow(map);
+  std::vector<int> seen(candidates.size(), 0);
+  for (std::size_t i = 0; i < looks.size(); ++i) seen[looks[i].candidate] += sees(map, stops[i], *looks[i].target);
   return seen;
 }
 
 Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel,
-                                  const std::vector<Target>& targets) const {
+                                  const std::vector<Target>& targets, SightLines& lines) const {
   Viewpoint view;
   view.voxel = voxel;
   view.position_m = map.grid().center_of(voxel);
   const double far_m = sight_m(map.grid());
-  std::vector<const Target*> visible;
-  std::vector<VoxelIndex> firsts;
-  std::vector<double> azimuths_rad;
+  const ElevationBand band(config_.sensor);
+  std::vector<const Target*> looked_at;
+  lines.clear();
   for (const Target& target : targets) {
     const Eigen::Vector3d offset_m = target.unknown_m - view.position_m;
     const double distance_m = offset_m.norm();
-    VoxelIndex first;
-    if (distance_m > far_m || distance_m < config_.sensor.min_range_m) continue;
-    if (!within_elevation(config_.sensor, offset_m) || !sees(map, view.position_m, target, &first)) continue;
-    visible.push_back(&target);
-    firsts.push_back(first);
-    azimuths_rad.push_back(std::atan2(offset_m.y(), offset_m.x()));
+    if (distance_m > far_m || distance_m < config_.sensor.min_range_m || !band.contains(offset_m)) continue;
+    lines.add(view.position_m, target.unknown_m);
+    looked_at.push_back(&target);
   }
-  if (visible.empty()) return view;
-  if (!config_.sensor.panoramic()) {
+  const std::vector<std::uint32_t>& stops = lines.follow(map);
+  std::vector<VoxelIndex> firsts;
+  std::vector<double> azimuths_rad;
+  for (std::size_t i = 0; i < looked_at.size(); ++i) {
+    if (!sees(map, stops[i], *looked_at[i])) continue;
+    firsts.push_back(map.grid().voxel(stops[i]));
+    const Eigen::Vector3d offset_m = looked_at[i]->unknown_m - view.position_m;
+    if (!config_.sensor.panoramic()) azimuths_rad.push_back(std::atan2(offset_m.y(), offset_m.x()));
+  }
+  if (firsts.empty()) return view;
+  if (config_.sensor.panoramic()) {
+    view.seen_cells = std::move(firsts);
+  } else {
     view.yaw_rad = best_window(azimuths_rad, kFieldFill * config_.sensor.azimuth_fov_rad);
-  }
-  for (std::size_t i = 0; i < visible.size(); ++i) {
-    const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
-    if (!config_.sensor.panoramic() && aside > 0.5 * config_.sensor.azimuth_fov_rad) continue;
-    view.seen_cells.push_back(firsts[i]);
+    for (std::size_t i = 0; i < firsts.size(); ++i) {
+      const double aside = std::abs(wrap_angle(azimuths_rad[i] - view.yaw_rad));
+      if (aside <= 0.5 * config_.sensor.azimuth_fov_rad) view.seen_cells.push_back(firsts[i]);
+    }
   }
   view.seen_fraction = static_cast<double>(view.seen_cells.size()) / static_cast<double>(targets.size());
   return view;
@@ -221,10 +264,11 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
 std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& space,
                                                  const std::vector<VoxelIndex>& candidates,
                                                  const std::vector<Target>& targets) const {
+  SightLines lines;
+  const std::vector<int> seen = rough_counts(space.map(), candidates, targets, lines);
   std::vector<std::pair<int, std::size_t>> ranked;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const int seen = rough_count(space.map(), space.grid().center_of(candidates[i]), targets);
-    if (seen > 0) ranked.emplace_back(-seen, i);
+    if (seen[i] > 0) ranked.emplace_back(-seen[i], i);
   }
   std::sort(ranked.begin(), ranked.end());
   if (ranked.size() > kJudged) {  // among equals: spread over the candidates, which are ordered by distance
@@ -238,7 +282,7 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
   }
   std::vector<Viewpoint> judged;
   for (const auto& [rank, i] : ranked) {
-    Viewpoint view = judge(space.map(), candidates[i], targets);
+    Viewpoint view = judge(space.map(), candidates[i], targets, lines);
     if (!view.seen_cells.empty()) judged.push_back(std::move(view));
   }
   const auto drop_poor_ones = [&judged] {

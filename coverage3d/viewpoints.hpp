@@ -3,6 +3,7 @@
 #include "core/aabb.hpp"
 #include "core/scan.hpp"
 #include "coverage3d/frontier_finder.hpp"
+#include "coverage3d/sight_lines.hpp"
 #include "coverage3d/view_gain.hpp"
 #include "planning3d/free_space.hpp"
 
@@ -27,12 +28,12 @@ struct Viewpoint {
 /// Where viewpoints are looked for and what they have to see.
 struct ViewpointConfig {
   SensorModel sensor;
-  Aabb box;                      ///< only space inside counts as gain
+  Aabb box;  ///< only space inside counts as gain
   GainKind gain = GainKind::kVolume;
   mapping::OccupancyParams occupancy;  ///< of the map
-  double nearest_m = 0.4;        ///< least horizontal distance between viewpoint and cluster centre
-  double range_fraction = 0.8;   ///< farthest: this times the sensor's range
-  int max_cells = 60;            ///< cells looked at per cluster
+  double nearest_m = 0.4;              ///< least horizontal distance between viewpoint and cluster centre
+  double range_fraction = 0.8;         ///< farthest: this times the sensor's range
+  int max_cells = 60;                  ///< cells looked at per cluster
   bool planar = false;  ///< only what is unknown at a frontier voxel's own height counts (FrontierConfig::planar)
   int keep = 5;         ///< viewpoints returned
   std::uint64_t seed = 1;
@@ -85,11 +86,11 @@ class ViewpointSampler {
   std::vector<Viewpoint> best_of(const planning3d::FreeSpace& space, const std::vector<VoxelIndex>& candidates,
                                  const std::vector<Target>& targets) const;
   double sight_m(const GridSpec& grid) const;
-  bool sees(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m, const Target& target,
-            VoxelIndex* first = nullptr) const;
-  int rough_count(const mapping::OccupancyMap& map, const Eigen::Vector3d& from_m,
-                  const std::vector<Target>& targets) const;
-  Viewpoint judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel, const std::vector<Target>& targets) const;
+  static bool sees(const mapping::OccupancyMap& map, std::uint32_t stop, const Target& target);
+  std::vector<int> rough_counts(const mapping::OccupancyMap& map, const std::vector<VoxelIndex>& candidates,
+                                const std::vector<Target>& targets, SightLines& lines) const;
+  Viewpoint judge(const mapping::OccupancyMap& map, const VoxelIndex& voxel, const std::vector<Target>& targets,
+                  SightLines& lines) const;
 
   ViewpointConfig config_;
   ViewGain gain_;

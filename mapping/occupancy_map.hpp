@@ -125,6 +125,13 @@ class OccupancyMap {
   /// @pre linear_index < grid().voxel_count()
   bool ever_hit(std::size_t linear_index) const { return (seen_[linear_index] & kHitBit) != 0; }
 
+  /// What is known of each voxel, by linear index, for loops over very many of them: a byte of which `kClassBits` are
+  /// the Occupancy and `kHitBit` says `ever_hit`. A few more bytes may be read behind the last one.
+  const std::uint8_t* summaries() const { return seen_; }
+  static constexpr std::uint8_t kClassBits = 3;
+  static constexpr std::uint8_t kHitBit = 8;
+  static constexpr std::size_t kReadableBehind = 3;
+
   /// Notes a return without changing the log-odds (checkpoints: map files do not tell). Unknown voxels are left alone.
   void mark_hit(const VoxelIndex& v);
 
@@ -154,9 +161,7 @@ class OccupancyMap {
 
  private:
   // One byte per voxel beside the log-odds, so that the questions asked most often cost one load.
-  static constexpr std::uint8_t kClassBits = 3;
   static constexpr std::uint8_t kBlockedBit = 4;
-  static constexpr std::uint8_t kHitBit = 8;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

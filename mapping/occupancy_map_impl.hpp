@@ -65,7 +65,7 @@ struct OccupancyMap::Impl {
                        "): use a smaller box or a coarser resolution");
     }
     table.assign(count, kNone);
-    seen.assign(grid.voxel_count(), kBlockedBit);
+    seen.assign(grid.voxel_count() + kReadableBehind, kBlockedBit);
     static_assert(static_cast<int>(Occupancy::kUnknown) == 0);
   }
 

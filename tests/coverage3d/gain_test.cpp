@@ -5,6 +5,7 @@
 #include "coverage3d/view_gain.hpp"
 #include "coverage3d/voxel_walk.hpp"
 #include "half_seen.hpp"
+#include "mapping/simd.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -170,5 +171,29 @@ TEST_CASE("by entropy a strategy sees the whole world, too") {
     INFO(name);
     CHECK(outcome.finished);
     CHECK(outcome.known_part >= 0.99);
+  }
+}
+
+TEST_CASE("rays followed four at a time add up to what they add up to one by one, to the last digit") {
+  for (const double resolution_m : {0.1, 0.2}) {
+    const mapping::OccupancyMap map = patchy_room(resolution_m, 11);
+    Rng rng(3);
+    for (const bool all_round : {true, false}) {
+      for (const double max_range_m : {3.0, 15.0}) {
+        ViewGainConfig config;
+        config.box = Aabb{{0.5, 0.3, 0.25}, {7.6, 7.4, 3.7}};
+        config.sensor.max_range_m = max_range_m;
+        config.sensor.min_range_m = 0.5;
+        if (all_round) config.sensor.azimuth_fov_rad = 2.0 * kPi;
+        REQUIRE(gain_rays::usable(map, config.box) == mapping::supported(mapping::Simd::kAvx2));
+        const ViewGain bundled(config);
+        const ViewGain plain(config, true);
+        for (int i = 0; i < 60; ++i) {
+          const Eigen::Vector3d from_m(8.0 * rng.uniform(), 8.0 * rng.uniform(), 4.0 * rng.uniform());
+          CAPTURE(resolution_m, all_round, max_range_m, from_m.transpose());
+          CHECK(bundled.panorama(map, from_m) == plain.panorama(map, from_m));
+        }
+      }
+    }
   }
 }
