@@ -82,6 +82,8 @@ Fleet::Impl::Impl(const FleetConfig& fleet_config, std::vector<UavDoors> doors, 
       tick_s(1.0 / fleet_config.sensor.rate_hz) {
   if (doors.empty()) throw InputError("a fleet needs at least one UAV");
   drafts.resize(doors.size());
+  for (int thread = 0; thread < config.threads; ++thread)
+    carvers.emplace_back(mapping::ScanIntegrator::Config{.discretize = config.discretize});
   beliefs.push_back(std::make_unique<Belief>(config, next_belief_id++));
   for (std::size_t i = 0; i < doors.size(); ++i) {
     Uav uav;
@@ -128,26 +130,28 @@ void Fleet::Impl::sense() {
     if (!uav.lost_s) sensing.push_back(uav.id);
   }
   std::vector<Sensed> sensed(sensing.size());
-  mapping::for_each_index(pool.get(), sensing.size(), [&](std::size_t i) { sensed[i] = sense_one(uavs[sensing[i]]); });
+  mapping::share_among_threads(pool.get(), sensing.size(), [&](std::size_t i, int thread) {
+    sensed[i] = sense_one(uavs[sensing[i]], carvers[static_cast<std::size_t>(thread)]);
+  });
   for (std::size_t i = 0; i < sensing.size(); ++i) {
     mapping::OccupancyMap& map = uavs[sensing[i]].belief->map;
     const double before_s = clock_s();
-    integrator.integrate(sensed[i].scan, map);
-    stats.integrate_ms.push_back((sensed[i].filter_s + clock_s() - before_s) * 1e3);
+    integrator.store(sensed[i].carved, map);
+    stats.integrate_ms.push_back((sensed[i].computing_s + clock_s() - before_s) * 1e3);
     log.on_scan(now_s(), sensing[i], map);
   }
   for (const auto& belief : beliefs) belief->update(pool.get());
 }
 
-Fleet::Impl::Sensed Fleet::Impl::sense_one(const Uav& uav) const {
+Fleet::Impl::Sensed Fleet::Impl::sense_one(const Uav& uav, mapping::ScanIntegrator& carver) const {
   const MotionState state = uav.vehicle->state();
   const Scan raw = uav.sensor->capture(make_pose(state.position_m, state.yaw_rad), now_s());
   std::vector<Eigen::Vector3d> fellows_m;
   for (const Uav* fellow : fellows_of(uav)) fellows_m.push_back(fellow->vehicle->state().position_m);
   const double before_s = clock_s();
   Sensed sensed;
-  sensed.scan = pipeline.filter(raw, fellows_m);
-  sensed.filter_s = clock_s() - before_s;
+  carver.carve(pipeline.filter(raw, fellows_m), uav.belief->map, sensed.carved, config.threads);
+  sensed.computing_s = clock_s() - before_s;
   return sensed;
 }
 

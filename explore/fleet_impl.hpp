@@ -33,12 +33,12 @@ struct Fleet::Impl {
   // fleet.cpp: the tick
   bool step();
   void sense();
-  /// A UAV's scan, and how long filtering took.
+  /// What a UAV's scan says about its map, and how long finding that out took.
   struct Sensed {
-    Scan scan;
-    double filter_s = 0.0;
+    mapping::CarvedScan carved;
+    double computing_s = 0.0;
   };
-  Sensed sense_one(const Uav& uav) const;
+  Sensed sense_one(const Uav& uav, mapping::ScanIntegrator& carver) const;
   void assume_start_free(const Uav& uav);
   std::vector<const Uav*> fellows_of(const Uav& uav) const;
   void enter(Uav& uav, Phase phase);
@@ -122,8 +122,9 @@ struct Fleet::Impl {
   std::vector<Uav> uavs;
   std::vector<std::unique_ptr<Belief>> beliefs;  ///< one per group in touch
   std::uint64_t next_belief_id = 0;
-  coverage3d::TaskBoard tasks;  ///< told to all at any distance; with a radio only
-  mapping::ScanIntegrator integrator;
+  coverage3d::TaskBoard tasks;                   ///< told to all at any distance; with a radio only
+  std::vector<mapping::ScanIntegrator> carvers;  ///< one for each thread
+  mapping::ScanIntegrator integrator;            ///< stores what they carved
   perception::CloudPipeline pipeline;
   Pilot pilot;
   Avoider avoider;

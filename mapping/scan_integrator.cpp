@@ -160,7 +160,7 @@ struct ScanIntegrator::Impl {
   WorkerPool pool;
   std::vector<Share> shares;
   std::vector<ScanWindow*> windows;  ///< of the shares
-  std::vector<std::vector<BlockUpdate>> updates;
+  CarvedScan carved;                 ///< of integrate()
   std::barrier<> barrier;
 
   explicit Impl(const Config& config_in)
@@ -168,7 +168,6 @@ struct ScanIntegrator::Impl {
         kernels(&lanes::kernels(config.simd)),
         pool(config.threads),
         shares(static_cast<std::size_t>(config.threads)),
-        updates(shares.size()),
         barrier(config.threads) {
     for (Share& share : shares) windows.push_back(&share.window);
   }
@@ -240,11 +239,9 @@ struct ScanIntegrator::Impl {
     if (config.threads > 1) barrier.arrive_and_wait();
   }
 
-  /// The `part`th of what the scan says, from all windows.
-  void collect(const OccupancyMap& map, int part) {
-    std::vector<BlockUpdate>& mine = updates[static_cast<std::size_t>(part)];
-    mine.clear();
-    ScanWindow::take(windows, map, part, config.threads, mine);
+  /// The `part`th of what the scan says, from all windows: there are as many parts as lists.
+  void collect(const OccupancyMap& map, std::size_t part, CarvedScan& into) const {
+    ScanWindow::take(windows, map, static_cast<int>(part), static_cast<int>(into.updates.size()), into.updates[part]);
   }
 
   /// Carves rays [first, last) into the share's window.
@@ -293,11 +290,14 @@ ScanIntegrator::~ScanIntegrator() = default;
 ScanIntegrator::ScanIntegrator(ScanIntegrator&&) noexcept = default;
 ScanIntegrator& ScanIntegrator::operator=(ScanIntegrator&&) noexcept = default;
 
-IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) {
+void ScanIntegrator::carve(const Scan& scan, const OccupancyMap& map, CarvedScan& carved, int parts) {
   if (!scan.T_world_sensor.matrix().allFinite() || std::isnan(scan.max_range_m)) {
     throw InputError("a scan has a sensor pose or maximum range that is not finite");
   }
-  IntegrationStats stats;
+  carved.updates.resize(static_cast<std::size_t>(std::max(parts, 1)));
+  for (auto& list : carved.updates) list.clear();
+  carved.stats = {};
+  IntegrationStats& stats = carved.stats;
   stats.points = scan.points_m.size();
   const RayLattice lattice(map.grid().resolution_m());
   const Eigen::Vector3f origin_m = world_origin_of(scan);
@@ -318,20 +318,31 @@ IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) 
   LatticeBox limit;
   if (impl_->config.limit) limit = impl_->apply_limit(lattice, frame.origin_key);
   for (Share& share : shares) {
-    if (!share.window.open(map, reach, impl_->config.limit ? &limit : nullptr)) return stats;
+    if (!share.window.open(map, reach, impl_->config.limit ? &limit : nullptr)) return;
   }
   const RayWalker walker(lattice, origin_m, origin_key);
   impl_->pool.run([&](int i) {
     const auto [first, last] = impl_->part_of(rays.size(), i);
     impl_->carve(frame, walker, first, last, shares[static_cast<std::size_t>(i)]);
     impl_->meet();  // the windows of all are needed now
-    impl_->collect(map, i);
+    for (auto part = static_cast<std::size_t>(i); part < carved.updates.size(); part += shares.size()) {
+      impl_->collect(map, part, carved);
+    }
   });
   for (const Share& share : shares) stats.ray_steps += share.steps;
-  const OccupancyMap::ScanEffect effect = map.apply(impl_->updates, *impl_->kernels, impl_->pool);
+}
+
+IntegrationStats ScanIntegrator::store(const CarvedScan& carved, OccupancyMap& map) {
+  const OccupancyMap::ScanEffect effect = map.apply(carved.updates, *impl_->kernels, impl_->pool);
+  IntegrationStats stats = carved.stats;
   stats.voxels_updated = effect.updated;
   stats.voxels_changed = effect.changed;
   return stats;
+}
+
+IntegrationStats ScanIntegrator::integrate(const Scan& scan, OccupancyMap& map) {
+  carve(scan, map, impl_->carved, impl_->config.threads);
+  return store(impl_->carved, map);
 }
 
 }  // namespace stairwell::mapping

@@ -20,6 +20,12 @@ struct IntegrationStats {
   std::size_t voxels_changed = 0;  ///< tri-state class changed
 };
 
+/// What a scan says about a map's voxels, block by block.
+struct CarvedScan {
+  std::vector<std::vector<BlockUpdate>> updates;  ///< in a row in the order of blocks
+  IntegrationStats stats;                         ///< voxels are counted when it is stored
+};
+
 /// The finite returns in the world frame, exactly as they are integrated: pose and products in float32,
 /// ((r0*x + r1*y) + r2*z) + t. OctoMap given these points, and this origin, makes the same map.
 std::vector<Eigen::Vector3f> world_points_of(const Scan& scan);
@@ -50,6 +56,12 @@ class ScanIntegrator {
 
   /// @throws InputError when the sensor pose or range is not finite or the sensor is outside OctoMap's key space.
   IntegrationStats integrate(const Scan& scan, OccupancyMap& map);
+
+  /// The first half of `integrate`, which changes nothing of the map: several integrators may be at it at once, each
+  /// with a scan of its own. @param parts  lists of updates, for so many threads to store @throws as integrate()
+  void carve(const Scan& scan, const OccupancyMap& map, CarvedScan& carved, int parts);
+  /// The second half. The integrator need not be the one that carved. @pre carved for a map of the same grid
+  IntegrationStats store(const CarvedScan& carved, OccupancyMap& map);
 
  private:
   struct Impl;

@@ -15,6 +15,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace stairwell;
@@ -282,6 +283,49 @@ TEST_CASE("statistics count what was done", "[integrator]") {
   const IntegrationStats again = integrator.integrate(scan, map);
   CHECK(again.voxels_updated == stats.voxels_updated);
   CHECK(again.voxels_changed == 0);
+}
+
+TEST_CASE("scans carved at once and stored in turn make the map of scans integrated in turn", "[integrator]") {
+  const bool discretize = GENERATE(false, true);
+  const double resolution_m = 0.1;
+  Rng rng(19);
+  std::vector<Scan> scans;
+  for (int i = 0; i < 6; ++i) scans.push_back(border_scan(rng, 300, resolution_m));
+  scans.push_back(scans.front());
+  scans.back().T_world_sensor.translation() = Eigen::Vector3d(500.0, 0.0, 0.0);  // nothing of it is in the map
+  OccupancyMap plain(wide_grid(resolution_m));
+  ScanIntegrator integrator({.discretize = discretize});
+  OccupancyMap halves(wide_grid(resolution_m));
+  std::vector<CarvedScan> carved(scans.size());
+  for (CarvedScan& one : carved) one.updates.assign(1, std::vector<BlockUpdate>(3));  // what is there is void
+  std::vector<std::thread> threads;
+  for (std::size_t first = 0; first < 2; ++first) {
+    threads.emplace_back([&, first] {
+      ScanIntegrator carver({.discretize = discretize});
+      for (std::size_t i = first; i < scans.size(); i += 2) carver.carve(scans[i], halves, carved[i], 2);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  ScanIntegrator storing({.discretize = discretize, .threads = 2});
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const IntegrationStats expected = integrator.integrate(scans[i], plain);
+    const IntegrationStats stats = storing.store(carved[i], halves);
+    CHECK(stats.ray_steps == expected.ray_steps);
+    CHECK(stats.voxels_updated == expected.voxels_updated);
+    CHECK(stats.voxels_changed == expected.voxels_changed);
+    CHECK(halves.revision() == plain.revision());
+  }
+  std::vector<VoxelIndex> order, expected_order;
+  halves.for_each_block_changed_since(0, [&](const VoxelBox& box) { order.push_back(box.lo); });
+  plain.for_each_block_changed_since(0, [&](const VoxelBox& box) { expected_order.push_back(box.lo); });
+  CHECK(order == expected_order);
+  bool same = true;
+  for (std::size_t i = 0; i < plain.grid().voxel_count(); ++i) {
+    const VoxelIndex v = plain.grid().voxel(i);
+    const float a = plain.log_odds(v), b = halves.log_odds(v);
+    same = same && (a == b || (std::isnan(a) && std::isnan(b))) && plain.ever_hit(v) == halves.ever_hit(v);
+  }
+  CHECK(same);
 }
 
 TEST_CASE("extreme numbers neither crash nor hang", "[integrator]") {
