@@ -1,12 +1,14 @@
 #include "apps/metrics.hpp"
 
 #include "core/version.hpp"
+#include "mapping/summary_bits.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -48,30 +50,41 @@ MotionState state_from(const json& j) {
 }  // namespace
 
 CoverageMeter::CoverageMeter(const GridSpec& grid, const std::vector<std::uint8_t>& explorable)
-    : grid_(grid), pending_(explorable.begin(), explorable.end()) {
-  explorable_count_ = static_cast<std::size_t>(std::ranges::count(pending_, true));
+    : grid_(grid), pending_(explorable.size()) {
+  for (std::size_t i = 0; i < explorable.size(); ++i) {
+    if (explorable[i] == 0) continue;
+    pending_.flip(i);
+    ++explorable_count_;
+  }
 }
 
-void CoverageMeter::update(const mapping::OccupancyMap& map) {
-  const auto visit = [&](const mapping::VoxelBox& box) {
-    VoxelIndex v;
-    for (v.z = box.lo.z; v.z <= box.hi.z; ++v.z) {
-      for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
-        for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
-          if (!grid_.contains(v)) continue;
-          const std::size_t i = grid_.linear(v);
-          if (!pending_[i] || map.at(v) == Occupancy::kUnknown) continue;
-          pending_[i] = false;
+/// @pre the box lies in the grid
+void CoverageMeter::visit(const mapping::OccupancyMap& map, const mapping::VoxelBox& box) {
+  constexpr int kStep = 8;
+  for (int z = box.lo.z; z <= box.hi.z; ++z) {
+    for (int y = box.lo.y; y <= box.hi.y; ++y) {
+      const std::size_t row = grid_.linear({0, y, z});
+      for (int x = box.lo.x; x <= box.hi.x; x += kStep) {
+        const std::size_t first = row + static_cast<std::size_t>(x);
+        std::uint32_t seen = pending_.eight_from(first);
+        if (seen == 0) continue;
+        seen &= mapping::EightSummaries(map.summaries() + first, std::min(kStep, box.hi.x + 1 - x)).known();
+        for (; seen != 0; seen &= seen - 1) {
+          pending_.flip(first + static_cast<std::size_t>(std::countr_zero(seen)));
           ++known_count_;
         }
       }
     }
-  };
+  }
+}
+
+void CoverageMeter::update(const mapping::OccupancyMap& map) {
+  const auto look = [&](const mapping::VoxelBox& box) { visit(map, box); };
   if (fresh_) {
     const auto& size = grid_.size();
-    visit({{0, 0, 0}, {size[0] - 1, size[1] - 1, size[2] - 1}});
+    look({{0, 0, 0}, {size[0] - 1, size[1] - 1, size[2] - 1}});
   } else {
-    map.for_each_block_changed_since(revision_, visit);
+    map.for_each_block_changed_since(revision_, look);
   }
   fresh_ = false;
   revision_ = map.revision();

@@ -3,6 +3,7 @@
 
 #include "apps/finish_meter.hpp"
 #include "apps/run_config.hpp"
+#include "apps/voxel_bits.hpp"
 #include "core/trajectory.hpp"
 #include "explore/fleet.hpp"
 #include "mapping/occupancy_map.hpp"
@@ -31,8 +32,10 @@ class CoverageMeter {
   std::size_t explorable_count() const { return explorable_count_; }
 
  private:
+  void visit(const mapping::OccupancyMap& map, const mapping::VoxelBox& box);
+
   GridSpec grid_;
-  std::vector<bool> pending_;  ///< explorable and not yet known
+  VoxelBits pending_;  ///< explorable and not yet known
   std::size_t explorable_count_ = 0;
   std::size_t known_count_ = 0;
   std::uint64_t revision_ = 0;

@@ -3,12 +3,13 @@
 #include "apps/byte_codec.hpp"
 #include "apps/due.hpp"
 #include "apps/voxel_scene.hpp"
+#include "mapping/summary_bits.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <iterator>
 
 namespace stairwell::apps {
 
@@ -34,13 +35,6 @@ CellOrder coarse(const GridSpec& grid, int factor) {
   return order;
 }
 
-/// Of two sorted lists, what only the first one has.
-std::vector<std::uint64_t> without(const std::vector<std::uint64_t>& all, const std::vector<std::uint64_t>& taken) {
-  std::vector<std::uint64_t> rest;
-  std::set_difference(all.begin(), all.end(), taken.begin(), taken.end(), std::back_inserter(rest));
-  return rest;
-}
-
 }  // namespace
 
 ReplayRecorder::ReplayRecorder(const std::filesystem::path& folder, const explore::FleetConfig& fleet,
@@ -51,7 +45,7 @@ ReplayRecorder::ReplayRecorder(const std::filesystem::path& folder, const explor
       file_(folder / "replay.bin", keep_bytes),
       occupied_(grid.voxel_count()),
       newly_known_(uavs),
-      finder_(grid, frontier_config(fleet)) {
+      frontier_(grid, frontier_config(fleet)) {
   if (keep_bytes > 0) return;
   file_.append(kReplayMagic);
   put(ReplayRecord::kHeader, header(fleet, uavs));
@@ -84,7 +78,7 @@ void ReplayRecorder::put(ReplayRecord kind, std::string_view payload) {
 void ReplayRecorder::resume(const mapping::OccupancyMap& map) {
   for (std::size_t i = 0; i < grid_.voxel_count(); ++i) {
     const VoxelIndex v = grid_.voxel(i);
-    occupied_[cells_.cell(v)] = map.at(v) == Occupancy::kOccupied;
+    if (map.at(v) == Occupancy::kOccupied) occupied_.flip(i);
   }
   followed_[&map] = {0, map.known_voxels()};
 }
@@ -93,16 +87,19 @@ void ReplayRecorder::on_scan(std::size_t uav, const mapping::OccupancyMap& map) 
   Followed& followed = followed_[&map];
   if (followed.revision > map.revision()) followed = {};  // another map in the place of one that is gone
   map.for_each_block_changed_since(followed.revision, [&](const mapping::VoxelBox& box) {
-    VoxelIndex v;
-    for (v.z = box.lo.z; v.z <= box.hi.z; ++v.z) {
-      for (v.y = box.lo.y; v.y <= box.hi.y; ++v.y) {
-        for (v.x = box.lo.x; v.x <= box.hi.x; ++v.x) {
-          const std::uint64_t cell = cells_.cell(v);
-          const Occupancy there = map.at(v);
-          const bool now = there == Occupancy::kOccupied;
-          if (there == Occupancy::kUnknown || now == occupied_[cell]) continue;  // others may know more
-          occupied_[cell] = now;
-          toggles_.push_back({cell, uav});
+    constexpr int kStep = 8;
+    for (int z = box.lo.z; z <= box.hi.z; ++z) {
+      for (int y = box.lo.y; y <= box.hi.y; ++y) {
+        for (int x = box.lo.x; x <= box.hi.x; x += kStep) {
+          const std::size_t first = grid_.linear({x, y, z});
+          const mapping::EightSummaries there(map.summaries() + first, std::min(kStep, box.hi.x + 1 - x));
+          // Unknown ones stay as they are: others may know more.
+          std::uint32_t changed = (there.occupied() ^ occupied_.eight_from(first)) & there.known();
+          for (; changed != 0; changed &= changed - 1) {
+            const int at = std::countr_zero(changed);
+            occupied_.flip(first + static_cast<std::size_t>(at));
+            toggles_.push_back({cells_.cell({x + at, y, z}), uav});
+          }
         }
       }
     }
@@ -150,7 +147,7 @@ void ReplayRecorder::write_voxels() {
     while (end < toggles_.size() && toggles_[end].cell == toggles_[i].cell) ++end;
     if ((end - i) % 2 == 0) continue;
     Changes& changes = by_uav[toggles_[end - 1].uav];
-    (occupied_[toggles_[i].cell] ? changes.on : changes.off).push_back(toggles_[i].cell);
+    (occupied(toggles_[i].cell) ? changes.on : changes.off).push_back(toggles_[i].cell);
   }
   toggles_.clear();
   for (std::size_t uav = 0; uav < by_uav.size(); ++uav) {
@@ -170,23 +167,20 @@ void ReplayRecorder::write_voxels() {
 }
 
 void ReplayRecorder::write_frontiers(const mapping::OccupancyMap& map) {
-  finder_.update(map);
-  std::vector<std::uint64_t> now;
-  for (const auto& [id, cluster] : finder_.clusters()) {
-    for (const VoxelIndex& v : cluster.cells) {
-      const std::uint64_t cell = frontier_cells_.cell({v.x / kFrontierCell, v.y / kFrontierCell, v.z / kFrontierCell});
-      if (now.empty() || now.back() != cell) now.push_back(cell);
-    }
-  }
-  std::ranges::sort(now);
-  now.erase(std::unique(now.begin(), now.end()), now.end());
+  const coverage3d::FrontierCells::Changes changes = frontier_.update(map);
+  const auto sorted = [this](const std::vector<VoxelIndex>& cells) {
+    std::vector<std::uint64_t> numbers;
+    numbers.reserve(cells.size());
+    for (const VoxelIndex& cell : cells) numbers.push_back(frontier_cells_.cell(cell));
+    std::ranges::sort(numbers);
+    return numbers;
+  };
   std::string payload;
   put_varint(payload, milliseconds(time_s_));
   put_varint(payload, frontier_written_ ? 0 : 1);  // 1: what was before this record is void
-  put_cells(payload, without(now, frontier_));
-  put_cells(payload, without(frontier_, now));
+  put_cells(payload, sorted(changes.added));
+  put_cells(payload, sorted(changes.removed));
   put(ReplayRecord::kFrontier, payload);
-  frontier_ = std::move(now);
   frontier_written_ = true;
 }
 
@@ -200,7 +194,7 @@ std::uint64_t ReplayRecorder::flush() {
 void ReplayRecorder::write_difference(const mapping::OccupancyMap& map,
                                       const std::function<ExpectedOccupancy(const VoxelIndex&)>& expected) {
   std::vector<std::uint64_t> false_occupied, false_free;
-  for (std::uint64_t cell = 0; cell < occupied_.size(); ++cell) {
+  for (std::uint64_t cell = 0; cell < grid_.voxel_count(); ++cell) {
     const VoxelIndex v = cells_.voxel(cell);
     const Occupancy seen = map.at(v);
     if (seen == Occupancy::kUnknown) continue;
@@ -218,8 +212,8 @@ void ReplayRecorder::write_difference(const mapping::OccupancyMap& map,
 void ReplayRecorder::write_open_sides(const mapping::OccupancyMap& map) {
   constexpr std::array<VoxelIndex, 6> kSides{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
   std::string sides;
-  for (std::uint64_t cell = 0; cell < occupied_.size(); ++cell) {
-    if (!occupied_[cell]) continue;
+  for (std::uint64_t cell = 0; cell < grid_.voxel_count(); ++cell) {
+    if (!occupied(cell)) continue;
     unsigned open = 0;
     for (std::size_t i = 0; i < kSides.size(); ++i) {
       if (map.at(cells_.voxel(cell) + kSides[i]) == Occupancy::kFree) open |= 1U << i;

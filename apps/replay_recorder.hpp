@@ -2,8 +2,9 @@
 
 #include "apps/append_file.hpp"
 #include "apps/replay_file.hpp"
+#include "apps/voxel_bits.hpp"
 #include "core/trajectory.hpp"
-#include "coverage3d/frontier_finder.hpp"
+#include "coverage3d/frontier_cells.hpp"
 #include "explore/fleet.hpp"
 #include "mapping/map_compare.hpp"
 
@@ -23,7 +24,7 @@ class ReplayRecorder {
  public:
   static constexpr double kVoxelPeriod_s = 0.2;
   static constexpr double kFrontierPeriod_s = 1.0;
-  static constexpr int kFrontierCell = 2;  ///< frontiers are kept in cells so many voxels wide
+  static constexpr int kFrontierCell = coverage3d::FrontierCells::kEdge;  ///< frontiers are kept in cells so wide
 
   /// @param grid of the fleet's map; @param keep_bytes length at the checkpoint that is resumed, 0 for a new run
   ReplayRecorder(const std::filesystem::path& folder, const explore::FleetConfig& fleet, const GridSpec& grid,
@@ -50,6 +51,7 @@ class ReplayRecorder {
 
   std::string header(const explore::FleetConfig& fleet, std::size_t uavs) const;
   void put(ReplayRecord kind, std::string_view payload);
+  bool occupied(std::uint64_t cell) const { return occupied_[grid_.linear(cells_.voxel(cell))]; }
   void write_voxels();
   void write_frontiers(const mapping::OccupancyMap& map);
   void write_difference(const mapping::OccupancyMap& map,
@@ -63,16 +65,15 @@ class ReplayRecorder {
   AppendFile file_;
   std::string records_;  ///< not yet in the file
   double time_s_ = 0.0;
-  std::vector<bool> occupied_;  ///< by cell
+  VoxelBits occupied_;
   std::vector<Toggle> toggles_;
   struct Followed {
     std::uint64_t revision = 0;
     std::size_t known = 0;  ///< voxels
   };
   std::map<const mapping::OccupancyMap*, Followed> followed_;  ///< several where not all UAVs are in touch
-  std::vector<std::uint64_t> newly_known_;  ///< per UAV
-  coverage3d::FrontierFinder finder_;
-  std::vector<std::uint64_t> frontier_;
+  std::vector<std::uint64_t> newly_known_;                     ///< per UAV
+  coverage3d::FrontierCells frontier_;
   bool frontier_written_ = false;
 };
 

@@ -9,25 +9,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <tuple>
 
 namespace stairwell::coverage3d {
 namespace {
-
-mapping::VoxelBox clipped(const mapping::VoxelBox& a, const mapping::VoxelBox& b) {
-  return {{std::max(a.lo.x, b.lo.x), std::max(a.lo.y, b.lo.y), std::max(a.lo.z, b.lo.z)},
-          {std::min(a.hi.x, b.hi.x), std::min(a.hi.y, b.hi.y), std::min(a.hi.z, b.hi.z)}};
-}
-
-bool empty(const mapping::VoxelBox& box) { return box.lo.x > box.hi.x || box.lo.y > box.hi.y || box.lo.z > box.hi.z; }
-
-/// Voxels whose centres lie inside the box.
-mapping::VoxelBox voxels_inside(const GridSpec& grid, const Aabb& box) {
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid.resolution_m() - 1e-9);
-  const Aabb within = box.intersection(grid.box());
-  return clipped({grid.index_of(within.min_m + half), grid.index_of(within.max_m - half)},
-                 {{0, 0, 0}, {grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1}});
-}
 
 /// Voxels that were looked at; as many as announced, and not more.
 class VisitedVoxels {
@@ -58,28 +42,9 @@ class VisitedVoxels {
 FrontierFinder::FrontierFinder(const GridSpec& grid, const FrontierConfig& config) : grid_(grid), config_(config) {
   const std::vector<std::string> problems = config.problems();
   if (!problems.empty()) throw InputError("frontiers: " + problems.front());
-  if (config.box.intersection(grid.box()).empty()) throw InputError("frontiers: the task box lies outside the map");
   box_ = voxels_inside(grid, config.box);
-  if (empty(box_)) throw InputError("frontiers: the task box holds no voxel centre of the map");
   const int longest = static_cast<int>(0.5 * config.split_size_m / grid.resolution_m());
   patches_ = FrontierPatches(grid.size(), std::max(1, longest));
-}
-
-/// Blocks that may have another frontier, in a fixed order: those of which a voxel or its neighbour changed.
-std::vector<VoxelIndex> FrontierFinder::blocks_to_examine() const {
-  std::vector<VoxelIndex> blocks;
-  for (const mapping::VoxelBox& changed : changed_) {
-    const mapping::VoxelBox range = clipped({changed.lo - VoxelIndex{1, 1, 1}, changed.hi + VoxelIndex{1, 1, 1}}, box_);
-    if (empty(range)) continue;
-    for (int z = range.lo.z >> 3; z <= range.hi.z >> 3; ++z)
-      for (int y = range.lo.y >> 3; y <= range.hi.y >> 3; ++y)
-        for (int x = range.lo.x >> 3; x <= range.hi.x >> 3; ++x) blocks.push_back({x, y, z});
-  }
-  const auto order = [](const VoxelIndex& v) { return std::tuple(v.z, v.y, v.x); };
-  std::sort(blocks.begin(), blocks.end(),
-            [&](const VoxelIndex& a, const VoxelIndex& b) { return order(a) < order(b); });
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  return blocks;
 }
 
 void FrontierFinder::dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose) {
@@ -178,7 +143,7 @@ void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPoo
   map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
   revision_ = map.revision();
   FrontierPatches::Replaced replaced;
-  const std::vector<VoxelIndex> blocks = blocks_to_examine();
+  const std::vector<VoxelIndex> blocks = blocks_to_examine(changed_, box_);
   std::vector<BlockBits> bits(blocks.size());
   mapping::for_each_index(workers, blocks.size(),
                           [&](std::size_t i) { bits[i] = frontier_bits(map, box_, config_, blocks[i]); });

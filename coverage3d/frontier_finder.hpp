@@ -60,7 +60,6 @@ class FrontierFinder {
   static constexpr double kDeep = 0.75;       ///< of FrontierConfig::deep_m3
 
   bool inside(const VoxelIndex& v) const { return holds(box_, v); }
-  std::vector<VoxelIndex> blocks_to_examine() const;
   void dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose);
   std::vector<std::uint32_t> grow(std::uint32_t seed, std::vector<std::uint32_t>& loose);
   void store_split(std::vector<std::uint32_t> patches);

@@ -1,8 +1,12 @@
 #include "coverage3d/frontier_voxels.hpp"
 
+#include "core/errors.hpp"
+#include "mapping/summary_bits.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <tuple>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -18,19 +22,22 @@ struct Surroundings {
   Rows unknown{};
 
   /// @param side  of the cube that begins at `origin`; one voxel around it is read as well
+  /// @pre `box` lies in the grid
   Surroundings(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const VoxelIndex& origin, int side) {
     const auto first = [](int origin_at, int lowest) { return std::max(-1, lowest - origin_at); };
     const auto last = [side](int origin_at, int highest) { return std::min(side, highest - origin_at); };
+    const int x_begin = first(origin.x, box.lo.x);
     const int x_end = last(origin.x, box.hi.x);
+    if (x_begin > x_end) return;
     for (int z = first(origin.z, box.lo.z); z <= last(origin.z, box.hi.z); ++z) {
       for (int y = first(origin.y, box.lo.y); y <= last(origin.y, box.hi.y); ++y) {
         std::uint32_t& free_row = free[static_cast<std::size_t>(z + 1)][static_cast<std::size_t>(y + 1)];
         std::uint32_t& unknown_row = unknown[static_cast<std::size_t>(z + 1)][static_cast<std::size_t>(y + 1)];
-        for (int x = first(origin.x, box.lo.x); x <= x_end; ++x) {
-          const VoxelIndex v = origin + VoxelIndex{x, y, z};
-          const Occupancy there = map.at(v);
-          if (there == Occupancy::kUnknown) unknown_row |= 1U << (x + 1);
-          if (there == Occupancy::kFree && !map.ever_hit(v)) free_row |= 1U << (x + 1);
+        const std::uint8_t* const row = map.summaries() + map.grid().linear(origin + VoxelIndex{x_begin, y, z});
+        for (int x = x_begin; x <= x_end; x += kBlock) {
+          const mapping::EightSummaries some(row + (x - x_begin), std::min(kBlock, x_end + 1 - x));
+          unknown_row |= some.unknown() << (x + 1);
+          free_row |= some.clear() << (x + 1);
         }
       }
     }
@@ -121,7 +128,40 @@ void add_cut(const BlockBits& part, int longest, std::vector<BlockBits>& parts) 
   add_cut(upper, longest, parts);
 }
 
+mapping::VoxelBox clipped(const mapping::VoxelBox& a, const mapping::VoxelBox& b) {
+  return {{std::max(a.lo.x, b.lo.x), std::max(a.lo.y, b.lo.y), std::max(a.lo.z, b.lo.z)},
+          {std::min(a.hi.x, b.hi.x), std::min(a.hi.y, b.hi.y), std::min(a.hi.z, b.hi.z)}};
+}
+
+bool empty(const mapping::VoxelBox& box) { return box.lo.x > box.hi.x || box.lo.y > box.hi.y || box.lo.z > box.hi.z; }
+
 }  // namespace
+
+mapping::VoxelBox voxels_inside(const GridSpec& grid, const Aabb& box) {
+  if (box.intersection(grid.box()).empty()) throw InputError("frontiers: the task box lies outside the map");
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid.resolution_m() - 1e-9);
+  const Aabb within = box.intersection(grid.box());
+  const mapping::VoxelBox voxels = clipped({grid.index_of(within.min_m + half), grid.index_of(within.max_m - half)},
+                                           {{0, 0, 0}, {grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1}});
+  if (empty(voxels)) throw InputError("frontiers: the task box holds no voxel centre of the map");
+  return voxels;
+}
+
+std::vector<VoxelIndex> blocks_to_examine(const std::vector<mapping::VoxelBox>& changed, const mapping::VoxelBox& box) {
+  std::vector<VoxelIndex> blocks;
+  for (const mapping::VoxelBox& one : changed) {
+    const mapping::VoxelBox range = clipped({one.lo - VoxelIndex{1, 1, 1}, one.hi + VoxelIndex{1, 1, 1}}, box);
+    if (empty(range)) continue;
+    for (int z = range.lo.z >> 3; z <= range.hi.z >> 3; ++z)
+      for (int y = range.lo.y >> 3; y <= range.hi.y >> 3; ++y)
+        for (int x = range.lo.x >> 3; x <= range.hi.x >> 3; ++x) blocks.push_back({x, y, z});
+  }
+  const auto order = [](const VoxelIndex& v) { return std::tuple(v.z, v.y, v.x); };
+  std::sort(blocks.begin(), blocks.end(),
+            [&](const VoxelIndex& a, const VoxelIndex& b) { return order(a) < order(b); });
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
+}
 
 std::vector<std::string> FrontierConfig::problems() const {
   std::vector<std::string> found;

@@ -28,6 +28,14 @@ struct FrontierConfig {
   std::vector<std::string> problems() const;
 };
 
+/// Voxels whose centres lie inside the task box.
+/// @throws InputError when the box does not meet the grid, or holds no voxel's centre
+mapping::VoxelBox voxels_inside(const GridSpec& grid, const Aabb& box);
+
+/// Blocks that may have another frontier, in a fixed order: those of which a voxel or its neighbour changed.
+/// @param box  of the task, in voxels
+std::vector<VoxelIndex> blocks_to_examine(const std::vector<mapping::VoxelBox>& changed, const mapping::VoxelBox& box);
+
 /// The definition, for one voxel: free and never hit, inside the box, at least one unknown 6-neighbour inside the box,
 /// and enough free and unknown voxels among its 26 neighbours.
 bool is_frontier(const mapping::OccupancyMap& map, const mapping::VoxelBox& box, const FrontierConfig& config,

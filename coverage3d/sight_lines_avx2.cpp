@@ -71,12 +71,13 @@ struct Group {
   unsigned busy = 0;  ///< a bit for each lane that has a line
 };
 
-template <typename Vector, typename Number>
-void set_lane(Vector& vector, std::size_t lane, Number value) {
-  alignas(32) Number numbers[kLanes];
-  __builtin_memcpy(numbers, &vector, sizeof(vector));
-  numbers[lane] = value;
-  __builtin_memcpy(&vector, numbers, sizeof(vector));
+/// Not through memory: a vector cannot be loaded for a while after one of its numbers was stored.
+__attribute__((always_inline)) inline void set_lane(__m256d& vector, __m256d lane, double value) {
+  vector = _mm256_blendv_pd(vector, _mm256_set1_pd(value), lane);
+}
+__attribute__((always_inline)) inline void set_lane(__m256i& vector, __m256d lane, std::int64_t value) {
+  const __m256d values = _mm256_castsi256_pd(_mm256_set1_epi64x(value));
+  vector = _mm256_castpd_si256(_mm256_blendv_pd(_mm256_castsi256_pd(vector), values, lane));
 }
 
 /// Gives the next line of the batch to each lane of `free`, as far as there are any.
@@ -86,14 +87,16 @@ inline void refill(Group& group, unsigned free, const Batch& batch, std::size_t 
     const bool any = next < count;
     group.busy = (group.busy & ~(1U << lane)) | static_cast<unsigned>(any) << lane;
     if (!any) continue;
+    const __m256i number = _mm256_set1_epi64x(static_cast<std::int64_t>(lane));
+    const __m256d here = _mm256_castsi256_pd(_mm256_cmpeq_epi64(number, _mm256_setr_epi64x(0, 1, 2, 3)));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      set_lane(group.next[axis], lane, batch.next[axis][next]);
-      set_lane(group.stride[axis], lane, batch.stride[axis][next]);
-      set_lane(group.left[axis], lane, batch.left[axis][next]);
-      set_lane(group.hop[axis], lane, batch.hop[axis][next]);
+      set_lane(group.next[axis], here, batch.next[axis][next]);
+      set_lane(group.stride[axis], here, batch.stride[axis][next]);
+      set_lane(group.left[axis], here, batch.left[axis][next]);
+      set_lane(group.hop[axis], here, batch.hop[axis][next]);
     }
-    set_lane(group.cell, lane, batch.cell[next]);
-    set_lane(group.last, lane, batch.last[next]);
+    set_lane(group.cell, here, batch.cell[next]);
+    set_lane(group.last, here, batch.last[next]);
     group.line[lane] = next++;
   }
 }

@@ -2,11 +2,13 @@
 
 #include "core/rng.hpp"
 #include "core/units.hpp"
+#include "coverage3d/nearest_and_random.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace stairwell::coverage3d {
 namespace {
@@ -86,19 +88,6 @@ bool height_allowed(const GridSpec& grid, const std::vector<VoxelIndex>& layers,
   int nearest = std::numeric_limits<int>::max();
   for (const VoxelIndex& layer : layers) nearest = std::min(nearest, std::abs(layer.z - v.z));
   return between ? nearest * grid.resolution_m() > 0.5 : nearest == 0;
-}
-
-/// Those equally near stay in their order.
-void sort_by_distance(const GridSpec& grid, const Eigen::Vector3d& from_m, std::vector<VoxelIndex>& voxels) {
-  std::vector<std::pair<double, std::size_t>> order;
-  order.reserve(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    order.emplace_back((grid.center_of(voxels[i]) - from_m).squaredNorm(), i);
-  std::sort(order.begin(), order.end());
-  std::vector<VoxelIndex> sorted;
-  sorted.reserve(voxels.size());
-  for (const auto& entry : order) sorted.push_back(voxels[entry.second]);
-  voxels = std::move(sorted);
 }
 
 ViewGainConfig gain_config(const ViewpointConfig& config) {
@@ -364,21 +353,24 @@ std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& spa
   const int step = std::max(1, static_cast<int>(std::lround(step_m / grid.resolution_m())));
   const VoxelIndex lo = grid.index_of(cluster.bounds_m.min_m - Eigen::Vector3d::Constant(reach_m));
   const VoxelIndex hi = grid.index_of(cluster.bounds_m.max_m + Eigen::Vector3d::Constant(reach_m));
+  const std::vector<std::uint16_t>& squared = space.blocked_distance().data();
+  const int least = space.min_squared_cells();
   std::vector<VoxelIndex> all;
   const int z_step = layers.empty() ? step : 1;
   for (int z = std::max(lo.z, 0); z <= std::min(hi.z, grid.size()[2] - 1); z += z_step) {
+    if (z < space.lo().z || z > space.hi().z) continue;
     if (!height_allowed(grid, layers, places.only_between_layers, {0, 0, z})) continue;
-    for (int y = std::max(lo.y, 0); y <= std::min(hi.y, grid.size()[1] - 1); y += step)
+    for (int y = std::max(lo.y, 0); y <= std::min(hi.y, grid.size()[1] - 1); y += step) {
+      if (y < space.lo().y || y > space.hi().y) continue;
+      const std::uint16_t* const row = squared.data() + grid.linear({0, y, z});  // FreeSpace::traversable, row by row
       for (int x = std::max(lo.x, 0); x <= std::min(hi.x, grid.size()[0] - 1); x += step)
-        if (space.traversable({x, y, z}) && places.reachable({x, y, z})) all.push_back({x, y, z});
+        if (row[x] >= least && x >= space.lo().x && x <= space.hi().x && places.reachable({x, y, z}))
+          all.push_back({x, y, z});
+    }
   }
   if (all.size() > kSearched) {  // half of them the nearest, half from anywhere
-    sort_by_distance(grid, cluster.center_m, all);
     Rng rng = make_rng(config_.seed + cluster.id, "viewpoint search");
-    for (std::size_t i = kSearched / 2; i < kSearched; ++i)
-      std::swap(all[i],
-                all[static_cast<std::size_t>(rng.uniform_int(static_cast<int>(i), static_cast<int>(all.size()) - 1))]);
-    all.resize(kSearched);
+    all = nearest_and_random(grid, cluster.center_m, all, kSearched / 2, kSearched, rng);
   }
   return best_of(space, all, aims);
 }
