@@ -14,8 +14,8 @@ namespace {
 /// Cells of a block whose coordinate on an axis is 0.
 constexpr std::array<std::uint64_t, 3> kFirst{0x1111111111111111U, 0x000F000F000F000FU, 0x000000000000FFFFU};
 constexpr std::array<int, 3> kShift{1, 4, 16};  ///< from a cell to the next along an axis
-constexpr std::uint32_t kBeyondShare = 4;  ///< lengths are looked for a quarter farther than asked, ...
-constexpr std::uint32_t kBeyond = 4;       ///< ... and so many blocks
+constexpr std::uint32_t kBeyondShare = 4;       ///< lengths are looked for a quarter farther than asked, ...
+constexpr std::uint32_t kBeyond = 4;            ///< ... and so many blocks
 constexpr int kAcross = RegionGraph::kEdge - 1;
 
 constexpr std::uint64_t last(std::size_t axis) { return kFirst[axis] << (kAcross * kShift[axis]); }
@@ -81,6 +81,7 @@ void RegionGraph::update(const PassableLattice& lattice) {
     for (std::size_t axis = 0; axis < 3; ++axis) blocks_[axis] = (frame_.size[axis] + kEdge - 1) / kEdge + 2;
     cells_.assign(block_of(blocks_[0] - 2, blocks_[1] - 2, blocks_[2] - 2) + 1, 0);
     parts_.assign(cells_.size(), Parts{});
+    counts_.assign(cells_.size(), 0);
   }
   std::vector<std::uint64_t> cells(cells_.size(), 0);
   const std::uint8_t* row = lattice.flags().data();
@@ -97,7 +98,9 @@ void RegionGraph::update(const PassableLattice& lattice) {
     }
   }
   for (std::size_t block = 0; block < cells.size(); ++block) {
-    if (cells[block] != cells_[block]) parts_[block] = split(cells[block]);
+    if (cells[block] == cells_[block]) continue;
+    parts_[block] = split(cells[block]);
+    counts_[block] = parts_in(parts_[block]);
   }
   cells_ = std::move(cells);
 }
@@ -122,15 +125,14 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, 
   std::array<std::ptrdiff_t, kGridMoves.size()> offsets{};
   for (std::size_t m = 0; m < kGridMoves.size(); ++m)
     offsets[m] = kGridMoves[m].x + kGridMoves[m].y * row + kGridMoves[m].z * slab;
-  // Most neighbours are near already: these two are all that is read of them.
-  std::vector<std::uint8_t> counts(parts_.size(), 0);
-  for (std::size_t block = 0; block < parts_.size(); ++block) counts[block] = parts_in(parts_[block]);
+  // Most neighbours are near already: lengths and counts are all that is read of them.
   const auto any_farther = [&](std::size_t block, float through) {
     const float* const there = lengths.data() + block * kMostParts;
-    return std::any_of(there, there + counts[block], [through](float length) { return through < length; });
+    return std::any_of(there, there + counts_[block], [through](float length) { return through < length; });
   };
   // By buckets one block step wide: a bucket's lengths are final when its turn comes (see TravelCosts).
   std::array<std::vector<std::uint32_t>, 3> buckets;
+  std::vector<std::uint32_t> got_to{part};
   lengths[part] = 0.0F;
   buckets[0].push_back(part);
   std::uint32_t turn = 0;
@@ -151,18 +153,25 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, 
         if (!any_farther(next, through)) continue;
         const std::uint64_t cells = touched(parts_[block][from % kMostParts], {move.x, move.y, move.z}) & cells_[next];
         float* const there = lengths.data() + next * kMostParts;
-        for (std::size_t i = 0; i < counts[next]; ++i) {
+        for (std::size_t i = 0; i < counts_[next]; ++i) {
           if ((parts_[next][i] & cells) == 0 || through >= there[i]) continue;
+          const auto lowered = static_cast<std::uint32_t>(next * kMostParts + i);
+          if (there[i] == kUnreachable) got_to.push_back(lowered);
           there[i] = through;
-          buckets[static_cast<std::uint32_t>(through) % 3].push_back(static_cast<std::uint32_t>(next * kMostParts + i));
+          buckets[static_cast<std::uint32_t>(through) % 3].push_back(lowered);
         }
       }
     }
     bucket.clear();
   }
+  constexpr auto kCells = static_cast<float>(kEdge);
+  if (turn != last_turn) {
+    for (const std::uint32_t there : got_to) lengths[there] *= kCells;
+    return;
+  }
   // What was not got to is farther than all that was.
-  const float rest = turn == last_turn ? static_cast<float>(turn) : kUnreachable;
-  for (float& length : lengths) length = std::min(length, rest) * static_cast<float>(kEdge);
+  const auto rest = static_cast<float>(turn);
+  for (float& length : lengths) length = std::min(length, rest) * kCells;
 }
 
 }  // namespace stairwell::planning3d

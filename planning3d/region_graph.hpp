@@ -41,6 +41,7 @@ class RegionGraph {
   std::array<int, 3> blocks_{0, 0, 0};  ///< with a border of one empty block on every side
   std::vector<std::uint64_t> cells_;    ///< passable ones of each block
   std::vector<Parts> parts_;
+  std::vector<std::uint8_t> counts_;  ///< parts of each block
 };
 
 }  // namespace stairwell::planning3d
