@@ -49,7 +49,7 @@ TravelCosts::~TravelCosts() = default;
 TravelCosts::TravelCosts(TravelCosts&&) noexcept = default;
 TravelCosts& TravelCosts::operator=(TravelCosts&&) noexcept = default;
 
-void TravelCosts::open_window(const PassableLattice& lattice, double limit_cells) {
+void TravelCosts::open_window(const PassableLattice& lattice, double limit_cells, bool with_flags) {
   const bool same_frame = lattice.frame() == frame_;
   frame_ = lattice.frame();
   const int at[3] = {source_.x, source_.y, source_.z};
@@ -67,19 +67,27 @@ void TravelCosts::open_window(const PassableLattice& lattice, double limit_cells
   }
   window_ = window;
   direction_.resize(window_.cell_count());
-  cost_.assign(window_.cell_count(), kImpassable);
-  flags_.assign(window_.cell_count(), 0);
+  cost_.resize(window_.cell_count());
+  flags_.resize(with_flags ? window_.cell_count() : 0);
   const auto columns = static_cast<std::size_t>(window_.size[0]);
-  for (int z = window_.lo[2] + 1; z < window_.lo[2] + window_.size[2] - 1; ++z) {
-    for (int y = window_.lo[1] + 1; y < window_.lo[1] + window_.size[1] - 1; ++y) {
+  const auto on_border = [this](int border, std::size_t axis) {
+    return border == window_.lo[axis] || border == window_.lo[axis] + window_.size[axis] - 1;
+  };
+  for (int z = window_.lo[2]; z < window_.lo[2] + window_.size[2]; ++z) {
+    for (int y = window_.lo[1]; y < window_.lo[1] + window_.size[1]; ++y) {
+      const std::size_t row = window_.row(y, z);
+      float* const costs = cost_.data() + row;
+      if (on_border(y, 1) || on_border(z, 2)) {
+        std::fill(costs, costs + columns, kImpassable);
+        continue;
+      }
       const std::size_t frame_row =
           (static_cast<std::size_t>(z) * static_cast<std::size_t>(frame_.size[1]) + static_cast<std::size_t>(y)) *
           static_cast<std::size_t>(frame_.size[0]);
       const std::uint8_t* const flags = lattice.flags().data() + frame_row + static_cast<std::size_t>(window_.lo[0]);
-      const std::size_t row = window_.row(y, z);
-      std::copy(flags + 1, flags + columns - 1, flags_.begin() + static_cast<std::ptrdiff_t>(row + 1));
-      std::transform(flags + 1, flags + columns - 1, cost_.begin() + static_cast<std::ptrdiff_t>(row + 1),
-                     [](std::uint8_t flag) { return flag != 0 ? kUnreachable : kImpassable; });
+      costs[0] = costs[columns - 1] = kImpassable;
+      for (std::size_t x = 1; x + 1 < columns; ++x) costs[x] = flags[x] != 0 ? kUnreachable : kImpassable;
+      if (with_flags) std::copy(flags + 1, flags + columns - 1, flags_.begin() + static_cast<std::ptrdiff_t>(row + 1));
     }
   }
 }
@@ -166,7 +174,7 @@ void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_
     return;
   }
   const double limit_cells = limit_m / (lattice.frame().cell_voxels * lattice.frame().grid.resolution_m());
-  open_window(lattice, limit_cells);
+  open_window(lattice, limit_cells, rule.kind == MotionRule::Kind::kSlice);
   lower(cell_of(source_), 0.0F, kSource);
   if (rule.kind == MotionRule::Kind::kSlice) {
     spread_slice(static_cast<float>(limit_cells));

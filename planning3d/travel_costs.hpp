@@ -60,7 +60,7 @@ class TravelCosts {
   };
   static constexpr std::size_t kOutside = std::numeric_limits<std::size_t>::max();
 
-  void open_window(const PassableLattice& lattice, double limit_cells);
+  void open_window(const PassableLattice& lattice, double limit_cells, bool with_flags);
   /// kOutside where the window does not reach. @pre v is in the grid
   std::size_t cell_of(const VoxelIndex& v) const;
   std::size_t frame_cell(std::size_t cell) const;
@@ -74,8 +74,8 @@ class TravelCosts {
   Window window_;
   Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
   VoxelIndex source_;
-  std::vector<float> cost_;              ///< in cell edges; negative = impassable
-  std::vector<std::uint8_t> flags_;      ///< of the lattice, likewise in the window
+  std::vector<float> cost_;          ///< in cell edges; negative = impassable
+  std::vector<std::uint8_t> flags_;  ///< of the lattice, likewise in the window; slice rule only
   std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
   std::vector<std::uint32_t> buckets_[3];
   std::unique_ptr<Steps> steps_;
