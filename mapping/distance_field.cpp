@@ -33,6 +33,16 @@ double volume(const VoxelBox& box) {
   return static_cast<double>(box.hi.x - box.lo.x + 1) * (box.hi.y - box.lo.y + 1) * (box.hi.z - box.lo.z + 1);
 }
 
+/// memcmp of a whole row of a block, without the call.
+bool same_block_row(const std::uint16_t* a, const std::int16_t* b) {
+  std::uint64_t of_a[2];
+  std::uint64_t of_b[2];
+  static_assert(sizeof(of_a) == kBlock * sizeof(*a) && sizeof(*a) == sizeof(*b));
+  std::memcpy(of_a, a, sizeof(of_a));
+  std::memcpy(of_b, b, sizeof(of_b));
+  return ((of_a[0] ^ of_b[0]) | (of_a[1] ^ of_b[1])) == 0;
+}
+
 /// Joins boxes while recomputing them together costs no more than one by one.
 void add_joined(std::vector<VoxelBox>& boxes, VoxelBox box) {
   for (std::size_t i = 0; i < boxes.size();) {
@@ -243,7 +253,9 @@ void DistanceField::write_row(const Range& x, int y, int z) {
   for (int first = x.lo; first <= x.hi; first = (first / kBlock + 1) * kBlock) {
     const auto bytes =
         sizeof(std::uint16_t) * static_cast<std::size_t>(std::min((first / kBlock + 1) * kBlock, x.hi + 1) - first);
-    if (std::memcmp(out + first, line + first, bytes) == 0) continue;
+    if (bytes == kBlock * sizeof(std::uint16_t) ? same_block_row(out + first, line + first)
+                                                : std::memcmp(out + first, line + first, bytes) == 0)
+      continue;
     std::memcpy(out + first, line + first, bytes);
     revisions[first / kBlock] = revision_;
   }
