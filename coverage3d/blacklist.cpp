@@ -25,17 +25,19 @@ void Blacklist::report(const Eigen::Vector3d& position_m, const Eigen::Vector3d&
   }
   const double time = time_s_ * std::pow(2.0, std::min(failures, kMostDoublings));
   entries_.push_back({position_m, target_m, time_s + time, time_s, failures + 1});
+  std::erase_if(live_, [time_s](const Entry& entry) { return time_s >= entry.until_s; });
+  live_.push_back(entries_.back());
 }
 
 bool Blacklist::blocks_place(const Eigen::Vector3d& position_m, double time_s) const {
-  return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+  return std::any_of(live_.begin(), live_.end(), [&](const Entry& entry) {
     return time_s < entry.until_s && (entry.position_m - position_m).norm() <= radius_m_;
   });
 }
 
 bool Blacklist::blocks_target(const FrontierCluster& cluster, double time_s) const {
   const int allowed = patience_ + (cluster.area_m2 <= kSmall_m2 ? 1 : 2);
-  return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+  return std::any_of(live_.begin(), live_.end(), [&](const Entry& entry) {
     return time_s < entry.until_s && entry.failures >= allowed &&
            (entry.target_m - cluster.center_m).norm() <= radius_m_;
   });
@@ -59,6 +61,7 @@ void Blacklist::from_json(const nlohmann::json& json) {
                        item.at("until_s").get<double>(), item.at("last_s").get<double>(),
                        item.at("failures").get<int>()});
   entries_ = std::move(entries);
+  live_ = entries_;
 }
 
 }  // namespace stairwell::coverage3d

@@ -26,6 +26,7 @@ class Blacklist {
   Blacklist(double radius_m, double time_s, int patience = 0)
       : radius_m_(radius_m), time_s_(time_s), patience_(patience) {}
 
+  /// @pre times do not run backwards, here and below
   void report(const Eigen::Vector3d& position_m, const Eigen::Vector3d& target_m, double time_s);
   /// Whether a goal at this place is to be avoided.
   bool blocks_place(const Eigen::Vector3d& position_m, double time_s) const;
@@ -42,6 +43,7 @@ class Blacklist {
   double time_s_;
   int patience_;
   std::vector<Entry> entries_;
+  std::vector<Entry> live_;  ///< those that were to be avoided when the last one came: most of a long flight's are not
 };
 
 }  // namespace stairwell::coverage3d

@@ -3,6 +3,7 @@
 #include "coverage3d/blacklist.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -73,6 +74,23 @@ TEST_CASE("stops out of reach are left out") {
   for (auto& row : problem.between_s) row[2] = std::numeric_limits<double>::infinity();
   for (const auto& tour : plan_tours(problem)) CHECK(std::count(tour.begin(), tour.end(), std::size_t{2}) == 0);
   CHECK(plan_tours({}).empty());
+}
+
+TEST_CASE("what is avoided is what all failures so far tell, however long ago", "[blacklist]") {
+  Rng rng(8);
+  const auto place = [&rng] { return Eigen::Vector3d(4.0 * rng.uniform(), 4.0 * rng.uniform(), 1.0); };
+  Blacklist blacklist(0.6, 3.0);
+  for (double time_s = 0.0; time_s < 300.0; time_s += 0.5) {
+    if (rng.uniform() < 0.3) blacklist.report(place(), place(), time_s);
+    const Eigen::Vector3d at_m = place();
+    const bool avoided = std::any_of(blacklist.entries().begin(), blacklist.entries().end(), [&](const auto& entry) {
+      return time_s < entry.until_s && (entry.position_m - at_m).norm() <= 0.6;
+    });
+    CHECK(blacklist.blocks_place(at_m, time_s) == avoided);
+    Blacklist loaded(0.6, 3.0);
+    loaded.from_json(blacklist.to_json());
+    CHECK(loaded.blocks_place(at_m, time_s) == avoided);
+  }
 }
 
 TEST_CASE("a failed goal is left alone for a while, longer every time") {
