@@ -2,6 +2,7 @@
 #include "apps/replay_recorder.hpp"
 #include "apps/byte_codec.hpp"
 #include "core/rng.hpp"
+#include "coverage3d/frontier_finder.hpp"
 #include "replay_state.hpp"
 #include "test_world.hpp"
 
