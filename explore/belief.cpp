@@ -96,11 +96,12 @@ std::size_t Belief::absorb(const Belief& other) {
 void Belief::update(mapping::WorkerPool* workers) {
   mapping::for_each_index(workers, 2, [this](std::size_t i) {
     if (i == 0) {
-      blocked.update(map);
+      blocked.read_changes(map);
     } else {
       blocked_words.update(map);
     }
   });
+  blocked.recompute_changed(workers);
 }
 
 bool Belief::has(std::size_t uav) const { return std::ranges::binary_search(members, uav); }

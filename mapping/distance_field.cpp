@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "mapping/distance_pass.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -57,6 +58,39 @@ void add_joined(std::vector<VoxelBox>& boxes, VoxelBox box) {
     }
   }
   boxes.push_back(box);
+}
+
+/// Whether some block has voxels in both.
+bool share_a_block(const VoxelBox& a, const VoxelBox& b) {
+  const auto meet = [](int a_lo, int a_hi, int b_lo, int b_hi) {
+    return a_lo / kBlock <= b_hi / kBlock && b_lo / kBlock <= a_hi / kBlock;
+  };
+  return meet(a.lo.x, a.hi.x, b.lo.x, b.hi.x) && meet(a.lo.y, a.hi.y, b.lo.y, b.hi.y) &&
+         meet(a.lo.z, a.hi.z, b.lo.z, b.hi.z);
+}
+
+/// Boxes that write into the same blocks belong to the same thread. The groups with most to do first, so that the
+/// threads end together.
+std::vector<std::vector<VoxelBox>> grouped(const std::vector<VoxelBox>& boxes) {
+  std::vector<std::vector<VoxelBox>> groups;
+  for (const VoxelBox& box : boxes) {
+    std::vector<VoxelBox> joined;
+    std::erase_if(groups, [&](const std::vector<VoxelBox>& group) {
+      const bool meets =
+          std::any_of(group.begin(), group.end(), [&](const VoxelBox& other) { return share_a_block(box, other); });
+      if (meets) joined.insert(joined.end(), group.begin(), group.end());
+      return meets;
+    });
+    joined.push_back(box);
+    groups.push_back(std::move(joined));
+  }
+  const auto work = [](const std::vector<VoxelBox>& group) {
+    double sum = 0.0;
+    for (const VoxelBox& box : group) sum += volume(box);
+    return sum;
+  };
+  std::stable_sort(groups.begin(), groups.end(), [&](const auto& a, const auto& b) { return work(a) > work(b); });
+  return groups;
 }
 
 }  // namespace
@@ -130,37 +164,52 @@ bool DistanceField::read_obstacles(const OccupancyMap& map, const VoxelBox& box,
 }
 
 void DistanceField::update(const OccupancyMap& map) {
+  read_changes(map);
+  recompute_changed(nullptr);
+}
+
+void DistanceField::read_changes(const OccupancyMap& map) {
   const std::uint64_t map_revision = map.revision();
-  std::vector<VoxelBox> boxes;
   map.for_each_block_changed_since(seen_revision_, [&](const VoxelBox& block) {
     VoxelBox changed;
     if (read_obstacles(map, block, changed)) {
-      add_joined(boxes, grown(changed, truncation_cells_, grid_.size()));
+      add_joined(to_recompute_, grown(changed, truncation_cells_, grid_.size()));
     }
   });
   seen_revision_ = map_revision;
   if (fresh_) {
-    boxes.assign(1, {{0, 0, 0}, {grid_.size()[0] - 1, grid_.size()[1] - 1, grid_.size()[2] - 1}});
+    to_recompute_.assign(1, {{0, 0, 0}, {grid_.size()[0] - 1, grid_.size()[1] - 1, grid_.size()[2] - 1}});
     fresh_ = false;
   }
-  if (!boxes.empty()) {
-    ++revision_;
-  }
-  for (const VoxelBox& box : boxes) {
-    for (int z = box.lo.z; z <= box.hi.z; z += kTile) {
-      for (int y = box.lo.y; y <= box.hi.y; y += kTile) {
-        for (int x = box.lo.x; x <= box.hi.x; x += kTile) {
-          recompute({{x, y, z},
-                     {std::min(x + kTile - 1, box.hi.x), std::min(y + kTile - 1, box.hi.y),
-                      std::min(z + kTile - 1, box.hi.z)}});
-        }
+}
+
+void DistanceField::recompute_changed(WorkerPool* workers) {
+  if (to_recompute_.empty()) return;
+  ++revision_;
+  scratch_.resize(workers == nullptr ? 1 : static_cast<std::size_t>(workers->threads()));
+  const std::vector<std::vector<VoxelBox>> groups = grouped(to_recompute_);
+  share_among_threads(workers, groups.size(), [&](std::size_t i, int thread) {
+    for (const VoxelBox& box : groups[i]) recompute_tiles(box, scratch_[static_cast<std::size_t>(thread)]);
+  });
+  to_recompute_.clear();
+}
+
+void DistanceField::recompute_tiles(const VoxelBox& box, Scratch& scratch) {
+  for (int z = box.lo.z; z <= box.hi.z; z += kTile) {
+    for (int y = box.lo.y; y <= box.hi.y; y += kTile) {
+      for (int x = box.lo.x; x <= box.hi.x; x += kTile) {
+        recompute(
+            {{x, y, z},
+             {std::min(x + kTile - 1, box.hi.x), std::min(y + kTile - 1, box.hi.y), std::min(z + kTile - 1, box.hi.z)}},
+            scratch);
       }
     }
   }
 }
 
 /// One pass per axis; each keeps squared distances to obstacles seen along the axes done so far.
-void DistanceField::recompute(const VoxelBox& box) {
+void DistanceField::recompute(const VoxelBox& box, Scratch& scratch) {
+  auto& [along_x, along_xy, line] = scratch;
   const VoxelBox around = grown(box, truncation_cells_, grid_.size());
   const Range in_y{around.lo.y, around.hi.y}, in_z{around.lo.z, around.hi.z};
   const Range out_y{box.lo.y, box.hi.y};
@@ -170,46 +219,47 @@ void DistanceField::recompute(const VoxelBox& box) {
   };
   const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
 
-  along_x_.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(in_y.count()));
-  along_xy_.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(out_y.count() * in_z.count()));
+  along_x.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(in_y.count()));
+  along_xy.resize(static_cast<std::size_t>(pitch) * static_cast<std::size_t>(out_y.count() * in_z.count()));
   for (int z = in_z.lo; z <= in_z.hi; ++z) {
     bool any = false;
     for (int y = in_y.lo; y <= in_y.hi; ++y) {
-      std::int16_t* const out = row(along_x_, y - in_y.lo);
-      if (read_row(box.lo.x, pitch, y, z)) {
-        parabola_pass(line_.data() + truncation_cells_, 1, truncation_cells_, truncation_cells_, out, pitch);
+      std::int16_t* const out = row(along_x, y - in_y.lo);
+      if (read_row(box.lo.x, pitch, y, z, scratch)) {
+        parabola_pass(line.data() + truncation_cells_, 1, truncation_cells_, truncation_cells_, out, pitch);
         any = true;
       } else {
         std::fill(out, out + pitch, far);
       }
     }
     for (int y = out_y.lo; y <= out_y.hi; ++y) {
-      std::int16_t* const out = row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo);
+      std::int16_t* const out = row(along_xy, (z - in_z.lo) * out_y.count() + y - out_y.lo);
       if (any) {
-        parabola_pass(row(along_x_, y - in_y.lo), pitch, std::min(truncation_cells_, y - in_y.lo),
+        parabola_pass(row(along_x, y - in_y.lo), pitch, std::min(truncation_cells_, y - in_y.lo),
                       std::min(truncation_cells_, in_y.hi - y), out, pitch);
       } else {
         std::fill(out, out + pitch, far);
       }
     }
   }
-  line_.resize(static_cast<std::size_t>(pitch + 2 * truncation_cells_));
+  line.resize(static_cast<std::size_t>(pitch + 2 * truncation_cells_));
   for (int z = box.lo.z; z <= box.hi.z; ++z) {
     for (int y = out_y.lo; y <= out_y.hi; ++y) {
-      parabola_pass(row(along_xy_, (z - in_z.lo) * out_y.count() + y - out_y.lo),
+      parabola_pass(row(along_xy, (z - in_z.lo) * out_y.count() + y - out_y.lo),
                     static_cast<std::ptrdiff_t>(pitch) * out_y.count(), std::min(truncation_cells_, z - in_z.lo),
-                    std::min(truncation_cells_, in_z.hi - z), line_.data(), pitch);
-      write_row({box.lo.x, box.hi.x}, y, z);
+                    std::min(truncation_cells_, in_z.hi - z), line.data(), pitch);
+      write_row({box.lo.x, box.hi.x}, y, z, scratch);
     }
   }
 }
 
-/// Fills `line_` with 0 at obstacles and the cap elsewhere, from `truncation_cells_` before `first_x` to as many after
-/// `first_x + count`. False if there is no obstacle.
-bool DistanceField::read_row(int first_x, int count, int y, int z) {
+/// Fills the scratch's line with 0 at obstacles and the cap elsewhere, from `truncation_cells_` before `first_x` to as
+/// many after `first_x + count`. False if there is no obstacle.
+bool DistanceField::read_row(int first_x, int count, int y, int z, Scratch& scratch) const {
+  std::vector<std::int16_t>& line = scratch.line;
   const auto far = static_cast<std::int16_t>(truncation_cells_ * truncation_cells_);
   const int begin = first_x - truncation_cells_;
-  line_.assign(static_cast<std::size_t>(count + 2 * truncation_cells_), far);
+  line.assign(static_cast<std::size_t>(count + 2 * truncation_cells_), far);
   const int from = std::max(begin, 0);
   const int to = std::min(first_x + count + truncation_cells_, grid_.size()[0]);
   const std::uint64_t* const words = obstacle_.data() + row_of(y, z);
@@ -219,7 +269,7 @@ bool DistanceField::read_row(int first_x, int count, int y, int z) {
     if (word == from >> 6) bits &= ~std::uint64_t{0} << (from & 63);
     if (word == (to - 1) >> 6) bits &= ~std::uint64_t{0} >> (63 - ((to - 1) & 63));
     any = any || bits != 0;
-    std::int16_t* const out = line_.data() + word * 64 - begin;
+    std::int16_t* const out = line.data() + word * 64 - begin;
     while (bits != 0) {  // in runs
       const int first = std::countr_zero(bits);
       const int length = std::countr_one(bits >> first);
@@ -231,12 +281,12 @@ bool DistanceField::read_row(int first_x, int count, int y, int z) {
 }
 
 /// For kBlocked the nearest cell outside the grid lies straight along some axis.
-void DistanceField::write_row(const Range& x, int y, int z) {
+void DistanceField::write_row(const Range& x, int y, int z, Scratch& scratch) {
   const std::array<int, 3>& size = grid_.size();
   int across = truncation_cells_;
   if (obstacles_ == Obstacles::kBlocked) across = std::min({y + 1, size[1] - y, z + 1, size[2] - z, across});
   const auto cap = static_cast<std::int16_t>(across * across);
-  std::int16_t* const line = line_.data() - x.lo;
+  std::int16_t* const line = scratch.line.data() - x.lo;
   for (int i = x.lo; i <= x.hi; ++i) line[i] = std::min(line[i], cap);
   if (obstacles_ == Obstacles::kBlocked) {
     const auto at_border = [&](int i) {

@@ -10,6 +10,8 @@
 
 namespace stairwell::mapping {
 
+class WorkerPool;
+
 enum class Obstacles { kOccupied, kBlocked };  ///< kBlocked: what OccupancyMap::blocked() says (unknown too)
 
 /// Truncated squared Euclidean distance, in cells, from each voxel centre to the nearest obstacle voxel's centre;
@@ -21,6 +23,10 @@ class DistanceField {
 
   /// Recomputes what may have changed since the last call. @pre map.grid() == the field's grid
   void update(const OccupancyMap& map);
+  /// The same in two steps, so that other things can be brought up to date beside the first, which one thread does.
+  void read_changes(const OccupancyMap& map);
+  /// The field is the same with any number of threads. @param workers  may be null
+  void recompute_changed(WorkerPool* workers);
 
   const GridSpec& grid() const { return grid_; }
   double truncation_m() const { return truncation_m_; }
@@ -47,13 +53,18 @@ class DistanceField {
   };
   /// Re-reads a block; true, and the box of the voxels that changed, if any did.
   bool read_obstacles(const OccupancyMap& map, const VoxelBox& box, VoxelBox& changed);
-  void recompute(const VoxelBox& box);
+  /// What a thread works with.
+  struct Scratch {
+    std::vector<std::int16_t> along_x, along_xy, line;
+  };
+  void recompute_tiles(const VoxelBox& box, Scratch& scratch);
+  void recompute(const VoxelBox& box, Scratch& scratch);
   std::size_t row_of(int y, int z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.size()[1]) + static_cast<std::size_t>(y)) *
            row_words_;
   }
-  bool read_row(int first_x, int count, int y, int z);
-  void write_row(const Range& x, int y, int z);
+  bool read_row(int first_x, int count, int y, int z, Scratch& scratch) const;
+  void write_row(const Range& x, int y, int z, Scratch& scratch);
 
   struct Id {
     std::uint64_t value = next();
@@ -79,7 +90,8 @@ class DistanceField {
   std::vector<std::uint64_t> block_revision_;  ///< of the last change in each block
   std::vector<std::uint64_t> obstacle_;  ///< a bit per voxel, every row begins a word
   std::size_t row_words_ = 0;
-  std::vector<std::int16_t> along_x_, along_xy_, line_;  ///< scratch
+  std::vector<VoxelBox> to_recompute_;
+  std::vector<Scratch> scratch_;  ///< of each thread
 };
 
 /// Smallest squared centre-to-centre distance (cells) that guarantees that a sphere of `radius_m` around one voxel

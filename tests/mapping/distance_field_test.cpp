@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "mapping/worker_pool.hpp"
 #include "scribble.hpp"
 
 #include <catch2/catch.hpp>
@@ -86,6 +87,34 @@ TEST_CASE("distance field kept up to date equals a fresh one", "[distance]") {
       DistanceField fresh(map.grid(), 1.0, obstacles);
       fresh.update(map);
       REQUIRE(kept.data() == fresh.data());
+    }
+  }
+}
+
+TEST_CASE("distance field shared by threads is the same, changes included", "[distance]") {
+  const Obstacles obstacles = GENERATE(Obstacles::kOccupied, Obstacles::kBlocked);
+  Rng rng = make_rng(7, "edt-threads");
+  WorkerPool pool(3);
+  const auto changed_since = [](const DistanceField& field, std::uint64_t revision) {
+    std::vector<std::size_t> blocks;
+    field.for_each_block_changed_since(revision,
+                                       [&](const VoxelBox& block) { blocks.push_back(field.grid().linear(block.lo)); });
+    return blocks;
+  };
+  for (int round = 0; round < 4; ++round) {
+    OccupancyMap map(random_grid(rng, 90));
+    DistanceField one(map.grid(), 0.4, obstacles);
+    DistanceField shared(map.grid(), 0.4, obstacles);
+    for (int change = 0; change < 12; ++change) {
+      for (int i = 0; i < 6; ++i) map.update(random_voxel(rng, map.grid()), i % 2 == 0);  // boxes far apart, some not
+      if (change % 4 == 0) scribble(rng, map, 2);
+      const std::uint64_t before = one.revision();
+      one.update(map);
+      shared.read_changes(map);
+      shared.recompute_changed(&pool);
+      REQUIRE(shared.data() == one.data());
+      REQUIRE(shared.revision() == one.revision());
+      REQUIRE(changed_since(shared, before) == changed_since(one, before));
     }
   }
 }
