@@ -62,12 +62,9 @@ std::vector<std::uint32_t> FrontierFinder::grow(std::uint32_t seed, std::vector<
   const double crumb_m2 = 4.0 * config_.min_area_m2;
   const std::uint32_t growing = next_id_++;
   std::vector<std::uint32_t> grown{seed};
-  std::vector<std::uint32_t> beside;
   patches_[seed].cluster = growing;
   for (std::size_t i = 0; i < grown.size(); ++i) {
-    beside.clear();
-    patches_.neighbours(grown[i], beside);
-    for (const std::uint32_t patch : beside) {
+    for (const std::uint32_t patch : beside(grown[i])) {
       const std::uint32_t cluster = patches_[patch].cluster;
       if (cluster == growing) continue;
       if (cluster != kLoose) {  // a crumb beside a cluster that is rebuilt anyway joins it
@@ -137,11 +134,23 @@ void FrontierFinder::store_split(std::vector<std::uint32_t> patches) {
   store_split(std::move(upper));
 }
 
-void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
-  changed_.clear();
-  stored_.clear();
-  map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
-  revision_ = map.revision();
+void FrontierFinder::find_beside(const std::vector<std::uint32_t>& patches, mapping::WorkerPool* workers) {
+  std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>*>> asked;
+  for (const std::uint32_t patch : patches) {
+    const auto [entry, is_new] = beside_.try_emplace(patch);
+    if (is_new) asked.emplace_back(patch, &entry->second);
+  }
+  mapping::for_each_index_in_parts(workers, asked.size(),
+                                   [&](std::size_t i) { patches_.neighbours(asked[i].first, *asked[i].second); });
+}
+
+const std::vector<std::uint32_t>& FrontierFinder::beside(std::uint32_t patch) {
+  const auto [entry, is_new] = beside_.try_emplace(patch);
+  if (is_new) patches_.neighbours(patch, entry->second);
+  return entry->second;
+}
+
+std::vector<std::uint32_t> FrontierFinder::loosen(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
   FrontierPatches::Replaced replaced;
   const std::vector<VoxelIndex> blocks = blocks_to_examine(changed_, box_);
   std::vector<BlockBits> bits(blocks.size());
@@ -149,15 +158,27 @@ void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPoo
                           [&](std::size_t i) { bits[i] = frontier_bits(map, box_, config_, blocks[i]); });
   for (std::size_t i = 0; i < blocks.size(); ++i) patches_.replace(blocks[i], bits[i], replaced);
 
+  beside_.clear();
+  find_beside(replaced.added, workers);
   std::vector<std::uint32_t> touched = std::move(replaced.bereaved);
-  std::vector<std::uint32_t> beside;
-  for (const std::uint32_t patch : replaced.added) patches_.neighbours(patch, beside);
-  for (const std::uint32_t patch : beside) touched.push_back(patches_[patch].cluster);
+  for (const std::uint32_t added : replaced.added) {
+    for (const std::uint32_t patch : beside(added)) touched.push_back(patches_[patch].cluster);
+  }
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   std::vector<std::uint32_t> loose;
   for (const std::uint32_t id : touched) dissolve(id, loose);
   loose.insert(loose.end(), replaced.added.begin(), replaced.added.end());
+  return loose;
+}
+
+void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
+  changed_.clear();
+  stored_.clear();
+  map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed_.push_back(block); });
+  revision_ = map.revision();
+  std::vector<std::uint32_t> loose = loosen(map, workers);
+  find_beside(loose, workers);
   for (std::size_t i = 0; i < loose.size(); ++i) {
     const std::uint32_t seed = loose[i];
     if (patches_[seed].cluster == kLoose) store_split(grow(seed, loose));

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <map>
+#include <unordered_map>
 #include <vector>
 
 namespace stairwell::mapping {
@@ -60,8 +61,13 @@ class FrontierFinder {
   static constexpr double kDeep = 0.75;       ///< of FrontierConfig::deep_m3
 
   bool inside(const VoxelIndex& v) const { return holds(box_, v); }
+  /// Brings the patches up to date. @returns those that are new and the others of their clusters: they are in none now
+  std::vector<std::uint32_t> loosen(const mapping::OccupancyMap& map, mapping::WorkerPool* workers);
   void dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose);
   std::vector<std::uint32_t> grow(std::uint32_t seed, std::vector<std::uint32_t>& loose);
+  /// Looks for the neighbours of these patches, so that beside_ holds them.
+  void find_beside(const std::vector<std::uint32_t>& patches, mapping::WorkerPool* workers);
+  const std::vector<std::uint32_t>& beside(std::uint32_t patch);
   void store_split(std::vector<std::uint32_t> patches);
   void store(std::vector<std::uint32_t> patches);
   double pocket_behind_m3(const mapping::OccupancyMap& map, const FrontierCluster& cluster) const;
@@ -74,7 +80,8 @@ class FrontierFinder {
   std::uint32_t next_id_ = 1;
   std::map<std::uint32_t, FrontierCluster> clusters_;
   std::vector<mapping::VoxelBox> changed_;
-  std::vector<std::uint32_t> stored_;  ///< clusters of this update
+  std::vector<std::uint32_t> stored_;                                     ///< clusters of this update
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> beside_;  ///< of patches; during this update
 };
 
 }  // namespace stairwell::coverage3d

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -67,6 +68,16 @@ void share_among_threads(WorkerPool* pool, std::size_t count, const Each& each) 
 template <typename Each>
 void for_each_index(WorkerPool* pool, std::size_t count, const Each& each) {
   share_among_threads(pool, count, [&each](std::size_t i, int) { each(i); });
+}
+
+/// The same for calls so short that a thread takes some at a time.
+template <typename Each>
+void for_each_index_in_parts(WorkerPool* pool, std::size_t count, const Each& each) {
+  constexpr std::size_t kPart = 32;
+  for_each_index(pool, (count + kPart - 1) / kPart, [&each, count](std::size_t part) {
+    const std::size_t end = std::min(count, (part + 1) * kPart);
+    for (std::size_t i = part * kPart; i < end; ++i) each(i);
+  });
 }
 
 }  // namespace stairwell::mapping

@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_finder.hpp"
 #include "core/errors.hpp"
 #include "core/rng.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -74,6 +75,31 @@ TEST_CASE("frontiers kept up to date are those of a full search") {
     }
     REQUIRE(finder.voxel_count() > 100);
   }
+}
+
+TEST_CASE("clusters are the same with several threads, ids included") {
+  Rng rng = make_rng(6, "frontiers of threads");
+  const GridSpec grid({{0.0, 0.0, 0.0}, {9.0, 7.0, 2.7}}, 0.1);
+  mapping::OccupancyMap map(grid);
+  mapping::WorkerPool pool(3);
+  FrontierConfig config;
+  config.box = {{0.25, 0.0, 0.2}, {8.4, 6.9, 2.7}};
+  FrontierFinder alone(grid, config);
+  FrontierFinder shared(grid, config);
+  for (int round = 0; round < 40; ++round) {
+    for (int i = 0; i < 5; ++i) random_change(rng, map);
+    alone.update(map);
+    shared.update(map, &pool);
+    REQUIRE(shared.clusters().size() == alone.clusters().size());
+    auto expected = alone.clusters().begin();
+    for (const auto& [id, cluster] : shared.clusters()) {
+      REQUIRE(id == expected->first);
+      REQUIRE(cluster.cells == expected->second.cells);
+      REQUIRE(cluster.pocket_m3 == expected->second.pocket_m3);
+      ++expected;
+    }
+  }
+  CHECK(alone.clusters().size() > 20);
 }
 
 TEST_CASE("clusters are no longer than the split size") {
