@@ -1,5 +1,6 @@
 #include "planning3d/region_graph.hpp"
 
+#include "mapping/worker_pool.hpp"
 #include "planning3d/grid_moves.hpp"
 
 #include <algorithm>
@@ -75,21 +76,16 @@ std::size_t RegionGraph::block_of(int x, int y, int z) const {
          static_cast<std::size_t>(x + 1);
 }
 
-void RegionGraph::update(const PassableLattice& lattice) {
-  if (!(frame_ == lattice.frame()) || cells_.empty()) {
-    frame_ = lattice.frame();
-    for (std::size_t axis = 0; axis < 3; ++axis) blocks_[axis] = (frame_.size[axis] + kEdge - 1) / kEdge + 2;
-    cells_.assign(block_of(blocks_[0] - 2, blocks_[1] - 2, blocks_[2] - 2) + 1, 0);
-    parts_.assign(cells_.size(), Parts{});
-    counts_.assign(cells_.size(), 0);
-  }
-  std::vector<std::uint64_t> cells(cells_.size(), 0);
-  const std::uint8_t* row = lattice.flags().data();
-  for (int z = 0; z < frame_.size[2]; ++z) {
+/// The passable cells of the blocks of a layer. @pre they are 0
+void RegionGraph::read_layer(const PassableLattice& lattice, int layer, std::vector<std::uint64_t>& cells) const {
+  const auto rows = static_cast<std::size_t>(frame_.size[1]);
+  const int whole = frame_.size[0] / kEdge * kEdge;
+  for (int z = layer * kEdge; z < std::min((layer + 1) * kEdge, frame_.size[2]); ++z) {
+    const std::uint8_t* row =
+        lattice.flags().data() + static_cast<std::size_t>(z) * rows * static_cast<std::size_t>(frame_.size[0]);
     for (int y = 0; y < frame_.size[1]; ++y, row += frame_.size[0]) {
-      std::uint64_t* const blocks = cells.data() + block_of(0, y / kEdge, z / kEdge);
+      std::uint64_t* const blocks = cells.data() + block_of(0, y / kEdge, layer);
       const int in_block = y % kEdge * kShift[1] + z % kEdge * kShift[2];
-      const int whole = frame_.size[0] / kEdge * kEdge;
       for (int x = 0; x < whole; x += kEdge) {
         const std::uint64_t bits = passable(row + x, kEdge);
         if (bits != 0) blocks[x / kEdge] |= bits << in_block;
@@ -97,12 +93,30 @@ void RegionGraph::update(const PassableLattice& lattice) {
       if (whole < frame_.size[0]) blocks[whole / kEdge] |= passable(row + whole, frame_.size[0] - whole) << in_block;
     }
   }
-  for (std::size_t block = 0; block < cells.size(); ++block) {
-    if (cells[block] == cells_[block]) continue;
-    parts_[block] = split(cells[block]);
-    counts_[block] = parts_in(parts_[block]);
+}
+
+void RegionGraph::update(const PassableLattice& lattice, mapping::WorkerPool* workers) {
+  if (!(frame_ == lattice.frame()) || cells_.empty()) {
+    frame_ = lattice.frame();
+    for (std::size_t axis = 0; axis < 3; ++axis) blocks_[axis] = (frame_.size[axis] + kEdge - 1) / kEdge + 2;
+    cells_.assign(block_of(blocks_[0] - 2, blocks_[1] - 2, blocks_[2] - 2) + 1, 0);
+    parts_.assign(cells_.size(), Parts{});
+    counts_.assign(cells_.size(), 0);
   }
-  cells_ = std::move(cells);
+  now_.assign(cells_.size(), 0);
+  const auto layers = static_cast<std::size_t>(blocks_[2] - 2);
+  mapping::for_each_index(workers, layers, [&](std::size_t i) {
+    const int layer = static_cast<int>(i);
+    read_layer(lattice, layer, now_);
+    const std::size_t first = block_of(-1, -1, layer);
+    const std::size_t end = first + static_cast<std::size_t>(blocks_[0]) * static_cast<std::size_t>(blocks_[1]);
+    for (std::size_t block = first; block < end; ++block) {
+      if (now_[block] == cells_[block]) continue;
+      parts_[block] = split(now_[block]);
+      counts_[block] = parts_in(parts_[block]);
+    }
+  });
+  cells_.swap(now_);
 }
 
 std::uint32_t RegionGraph::part_of(const VoxelIndex& v) const {

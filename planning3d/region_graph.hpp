@@ -7,6 +7,10 @@
 #include <limits>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::planning3d {
 
 /// A coarse picture of a passable lattice: blocks of 4 x 4 x 4 cells, in each of them the parts that hang together
@@ -19,8 +23,8 @@ class RegionGraph {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   static constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 
-  /// Looks at all cells, works where some became passable or impassable.
-  void update(const PassableLattice& lattice);
+  /// Looks at all cells, works where some became passable or impassable. @param workers  may be null
+  void update(const PassableLattice& lattice, mapping::WorkerPool* workers = nullptr);
 
   /// Number of the part that holds the voxel's cell; kNone where that is impassable. Blocks that did not change keep
   /// their numbers. @pre updated; v is in the grid
@@ -35,11 +39,13 @@ class RegionGraph {
  private:
   using Parts = std::array<std::uint64_t, kMostParts>;  ///< cells of each part, x fastest; unused ones are 0
   std::size_t block_of(int x, int y, int z) const;
+  void read_layer(const PassableLattice& lattice, int layer, std::vector<std::uint64_t>& cells) const;
   static Parts split(std::uint64_t cells);
 
   LatticeFrame frame_;
   std::array<int, 3> blocks_{0, 0, 0};  ///< with a border of one empty block on every side
   std::vector<std::uint64_t> cells_;    ///< passable ones of each block
+  std::vector<std::uint64_t> now_;      ///< the same while they are read
   std::vector<Parts> parts_;
   std::vector<std::uint8_t> counts_;  ///< parts of each block
 };

@@ -1,5 +1,6 @@
 #include "planning3d/region_graph.hpp"
 
+#include "mapping/worker_pool.hpp"
 #include "planning3d/travel_costs.hpp"
 #include "test_world.hpp"
 
@@ -61,6 +62,30 @@ TEST_CASE("a region graph reaches what single moves reach", "[region_graph]") {
     CHECK(far_off == 0);
   }
   CHECK(apart > 0);
+}
+
+TEST_CASE("a region graph of several threads is that of one", "[region_graph]") {
+  Rng rng = make_rng(14, "regions of threads");
+  mapping::WorkerPool pool(3);
+  RegionGraph shared;
+  for (int round = 0; round < 8; ++round) {
+    TestWorld world = cluttered(rng, round);
+    const FreeSpace space = world.space();
+    PassableLattice lattice(1 + round / 4);
+    lattice.update(space, kVolume);
+    RegionGraph alone;
+    alone.update(lattice);
+    shared.update(lattice, &pool);
+    for (std::size_t i = 0; i < space.grid().voxel_count(); ++i) {
+      const VoxelIndex v = space.grid().voxel(i);
+      REQUIRE(shared.part_of(v) == alone.part_of(v));
+    }
+    std::vector<float> expected, lengths;
+    const std::uint32_t from = alone.part_of(space.grid().index_of(world.random_place(space, rng)));
+    alone.lengths_from(from, expected);
+    shared.lengths_from(from, lengths);
+    REQUIRE(lengths == expected);
+  }
 }
 
 TEST_CASE("lengths up to a part are the full ones that far and never more beyond", "[region_graph]") {
