@@ -101,7 +101,7 @@ void AgentStrategy::share_out(const planning3d::FreeSpace& space, const Assignme
                               const std::vector<Stop>& all_stops, Assignment& assignment) {
   Menu menu;
   const std::vector<Stop> stops = candidates(space, request, crew, all_stops, menu.pressing);
-  menu.between_s = all_between_s(space, stops);
+  menu.between_s = all_between_s(space, stops, request.workers);
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     const std::size_t uav = crew.uavs[k];

@@ -91,8 +91,7 @@ double FrontierStrategy::soonest_s(const Crew& crew, const Viewpoint& to) const 
   return time_s;
 }
 
-double FrontierStrategy::between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to) {
-  const double way_m = travel_.distance_m(space, from.position_m, to.position_m);
+double FrontierStrategy::between_s(double way_m, const Viewpoint& from, const Viewpoint& to) const {
   return leg_s(way_m, from.position_m, Eigen::Vector3d::Zero(), from.yaw_rad, to);
 }
 

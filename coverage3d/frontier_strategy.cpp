@@ -122,7 +122,7 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   }
   if (near.empty()) return;
   lattice_.update(space, rule);
-  if (!far.empty()) regions_->update(lattice_);
+  if (!far.empty()) regions_->update(lattice_, request.workers);
   mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
     costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
   });
@@ -144,35 +144,53 @@ ViewpointPlaces FrontierStrategy::places(const AssignmentRequest& request) const
   return places;
 }
 
-std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(double time_s, std::size_t& closed) const {
-  std::vector<Stop> stops;
-  closed = 0;
+/// Nothing where the target promises nothing; without views where it is closed for now.
+std::optional<FrontierStrategy::Stop> FrontierStrategy::stop_at(const FrontierCluster& cluster,
+                                                                const TargetBook::Target& target, double time_s) const {
+  // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
+  const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
+  const auto rewarding = [&](const Viewpoint& view) {
+    return finish_ || std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
+  };
+  if (!target.views.empty() && std::none_of(target.views.begin(), target.views.end(), rewarding)) return std::nullopt;
+  Stop stop{&cluster, {}, 0};
+  for (const Viewpoint& view : target.views) {
+    if (rewarding(view) && !blacklist_.blocks_place(view.position_m, time_s)) stop.views.push_back(&view);
+  }
+  if (blacklist_.blocks_target(cluster, time_s)) stop.views.clear();
+  return stop;
+}
+
+std::vector<FrontierStrategy::Stop> FrontierStrategy::open_stops(const AssignmentRequest& request,
+                                                                 std::size_t& closed) const {
+  std::vector<std::pair<const FrontierCluster*, const TargetBook::Target*>> all;
+  all.reserve(book_.targets().size());
   auto beside = finder_->clusters().begin();  // both are in the order of ids
   for (const auto& [id, target] : book_.targets()) {
     while (beside->first < id) ++beside;
-    const FrontierCluster& cluster = beside->second;
-    if (finish_ && !finish_->counts(id)) continue;
-    // What a small gap lets through is not believed to be deep: mostly it is the inside of a solid.
-    const double believed_m3 = cluster.area_m2 * kBelievedDepth_m;
-    const auto rewarding = [&](const Viewpoint& view) {
-      return finish_ || std::min(view.gain_m3, believed_m3) >= config_.min_gain_m3;
-    };
-    if (!target.views.empty() && std::none_of(target.views.begin(), target.views.end(), rewarding)) continue;
-    Stop stop{&cluster, {}, 0};
-    for (const Viewpoint& view : target.views) {
-      if (rewarding(view) && !blacklist_.blocks_place(view.position_m, time_s)) stop.views.push_back(&view);
-    }
-    if (stop.views.empty() || blacklist_.blocks_target(cluster, time_s)) {
+    if (!finish_ || finish_->counts(id)) all.emplace_back(&beside->second, &target);
+  }
+  std::vector<std::optional<Stop>> found(all.size());
+  mapping::for_each_index_in_parts(request.workers, all.size(), [&](std::size_t i) {
+    found[i] = stop_at(*all[i].first, *all[i].second, request.time_s);
+  });
+  std::vector<Stop> stops;
+  closed = 0;
+  for (std::optional<Stop>& stop : found) {
+    if (!stop) continue;
+    if (stop->views.empty()) {
       ++closed;
-      continue;
+    } else {
+      stops.push_back(std::move(*stop));
     }
-    stops.push_back(std::move(stop));
   }
   return stops;
 }
 
-void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) const {
-  for (Stop& stop : stops) {
+void FrontierStrategy::choose_poses(const AssignmentRequest& request, const Crew& crew,
+                                    std::vector<Stop>& stops) const {
+  mapping::for_each_index_in_parts(request.workers, stops.size(), [&](std::size_t at) {
+    Stop& stop = stops[at];
     double best_s = std::numeric_limits<double>::infinity();
     for (std::size_t i = stop.view; i < stop.views.size(); ++i) {
       const Viewpoint& view = *stop.views[i];
@@ -181,7 +199,7 @@ void FrontierStrategy::choose_poses(const Crew& crew, std::vector<Stop>& stops) 
       best_s = cost_s;
       stop.view = i;
     }
-  }
+  });
 }
 
 int FrontierStrategy::rank(const Stop& stop) const {
@@ -281,13 +299,22 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const Assign
 }
 
 std::vector<std::vector<double>> FrontierStrategy::all_between_s(const planning3d::FreeSpace& space,
-                                                                 const std::vector<Stop>& stops) {
+                                                                 const std::vector<Stop>& stops,
+                                                                 mapping::WorkerPool* workers) {
   travel_.begin(space, motion_rule(), kNewFields);
-  std::vector<std::vector<double>> times_s(stops.size(), std::vector<double>(stops.size(), 0.0));
+  std::vector<TravelBook::Pair> pairs;
   for (std::size_t i = 0; i < stops.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      times_s[i][j] = between_s(space, stops[i].pose(), stops[j].pose());
-      times_s[j][i] = between_s(space, stops[j].pose(), stops[i].pose());
+      pairs.emplace_back(stops[i].pose().position_m, stops[j].pose().position_m);
+      pairs.emplace_back(stops[j].pose().position_m, stops[i].pose().position_m);
+    }
+  const std::vector<double> ways_m = travel_.distances_m(space, pairs, workers);
+  std::vector<std::vector<double>> times_s(stops.size(), std::vector<double>(stops.size(), 0.0));
+  auto way_m = ways_m.begin();
+  for (std::size_t i = 0; i < stops.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      times_s[i][j] = between_s(*way_m++, stops[i].pose(), stops[j].pose());
+      times_s[j][i] = between_s(*way_m++, stops[j].pose(), stops[i].pose());
     }
   return times_s;
 }
@@ -302,7 +329,8 @@ double FrontierStrategy::worth_m3(const planning3d::FreeSpace& space, const Crew
 }
 
 std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::FreeSpace& space, const Crew& crew,
-                                                              const std::vector<Stop>& stops) {
+                                                              const std::vector<Stop>& stops,
+                                                              mapping::WorkerPool* workers) {
   TourProblem problem;
   problem.ready_s = crew.ready_s;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
@@ -313,7 +341,7 @@ std::vector<std::vector<std::size_t>> FrontierStrategy::tours(const planning3d::
   }
   if (!config_.sensor.panoramic()) problem.promptness = kPromptness;
   for (const Stop& stop : stops) problem.worth.push_back(worth_m3(space, crew, stop));
-  problem.between_s = all_between_s(space, stops);
+  problem.between_s = all_between_s(space, stops, workers);
   return plan_tours(problem);
 }
 
@@ -324,7 +352,10 @@ Goal FrontierStrategy::goal_for(const planning3d::FreeSpace& space, const Crew& 
   for (std::size_t i = 0; i < stop.views.size(); ++i) {
     const Viewpoint& view = *stop.views[i];
     double cost_s = start_s(crew, vehicle, view) + price_s(stop, view);
-    if (next != nullptr) cost_s += between_s(space, view, next->pose());
+    if (next != nullptr) {
+      const double way_m = travel_.distance_m(space, view.position_m, next->pose().position_m);
+      cost_s += between_s(way_m, view, next->pose());
+    }
     if (i < stop.view || cost_s >= best_s) continue;
     best_s = cost_s;
     best = i;
@@ -355,7 +386,7 @@ void FrontierStrategy::share_out(const planning3d::FreeSpace& space, const Assig
                                  const std::vector<Stop>& all_stops, Assignment& assignment) {
   if (!config_.turn_taking) return share_out_alone(space, request, crew, all_stops, assignment);
   const std::vector<Stop> stops = without_absorbed(space, crew, nearest_stops(request, crew, all_stops));
-  const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops);
+  const std::vector<std::vector<std::size_t>> plan = tours(space, crew, stops, request.workers);
   std::vector<bool> taken(stops.size(), false);
   for (std::size_t k = 0; k < plan.size(); ++k) {
     if (!request.uavs[crew.uavs[k]].wants_goal || plan[k].empty()) continue;
@@ -393,16 +424,16 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   if (finish_) counts = [this](std::uint32_t cluster) { return finish_->counts(cluster); };
   std::size_t pending = book_.look(space, *finder_, where, {}, counts, request.workers);
   std::size_t closed = 0;
-  std::vector<Stop> stops = open_stops(request.time_s, closed);
+  std::vector<Stop> stops = open_stops(request, closed);
   while (stops.empty() && pending > 0) {  // before giving up, look at everything
     pending = book_.look(space, *finder_, where, {}, counts, request.workers);
-    stops = open_stops(request.time_s, closed);
+    stops = open_stops(request, closed);
   }
   assignment.open_targets = stops.size();
   assignment.unreachable_targets = closed >= pending ? closed - pending : 0;
   assignment.open_targets += pending;
   stops = near_ones(request, crew, std::move(stops));
-  choose_poses(crew, stops);
+  choose_poses(request, crew, stops);
   stops = own_work(space, request, crew, std::move(stops));
   prepare(request, stops);
   share_out(space, request, crew, stops, assignment);

@@ -93,7 +93,8 @@ class FrontierStrategy : public CoverageStrategy {
   std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
                                      const std::vector<Stop>& stops) const;
   /// From the pose of each stop to that of each.
-  std::vector<std::vector<double>> all_between_s(const planning3d::FreeSpace& space, const std::vector<Stop>& stops);
+  std::vector<std::vector<double>> all_between_s(const planning3d::FreeSpace& space, const std::vector<Stop>& stops,
+                                                 mapping::WorkerPool* workers);
   /// What is known about the map; what is computed anew in every assignment stays behind.
   std::unique_ptr<CoverageStrategy> copy_to(std::unique_ptr<FrontierStrategy> copy) const;
 
@@ -113,18 +114,19 @@ class FrontierStrategy : public CoverageStrategy {
   void compute_costs(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew);
   bool reachable(const VoxelIndex& v) const;
   ViewpointPlaces places(const AssignmentRequest& request) const;
-  std::vector<Stop> open_stops(double time_s, std::size_t& closed) const;
+  std::optional<Stop> stop_at(const FrontierCluster& cluster, const TargetBook::Target& target, double time_s) const;
+  std::vector<Stop> open_stops(const AssignmentRequest& request, std::size_t& closed) const;
   std::vector<Stop> near_ones(const AssignmentRequest& request, const Crew& crew, std::vector<Stop> stops) const;
   int rank(const Stop& stop) const;
-  void choose_poses(const Crew& crew, std::vector<Stop>& stops) const;
+  void choose_poses(const AssignmentRequest& request, const Crew& crew, std::vector<Stop>& stops) const;
   double price_s(const Stop& stop, const Viewpoint& view) const;
   double commitment_s(const Crew& crew, std::size_t vehicle, const Stop& stop) const;
   double leg_s(double way_m, const Eigen::Vector3d& from_m, const Eigen::Vector3d& velocity_mps, double yaw_rad,
                const Viewpoint& to) const;
-  double between_s(const planning3d::FreeSpace& space, const Viewpoint& from, const Viewpoint& to);
+  double between_s(double way_m, const Viewpoint& from, const Viewpoint& to) const;
   double worth_m3(const planning3d::FreeSpace& space, const Crew& crew, const Stop& stop) const;
   std::vector<std::vector<std::size_t>> tours(const planning3d::FreeSpace& space, const Crew& crew,
-                                              const std::vector<Stop>& stops);
+                                              const std::vector<Stop>& stops, mapping::WorkerPool* workers);
   std::vector<Stop> own_work(const planning3d::FreeSpace& space, const AssignmentRequest& request, const Crew& crew,
                              std::vector<Stop> stops) const;
   std::vector<Stop> own_stops(const AssignmentRequest& request, const Crew& crew, const std::vector<Stop>& stops,

@@ -58,9 +58,9 @@ void FrontierStrategy::share_out_alone(const planning3d::FreeSpace& space, const
     const Crew alone{{crew.uavs[k]},    {crew.ways[k]},    {crew.start_m[k]}, {crew.velocity_mps[k]},
                      {crew.yaw_rad[k]}, {crew.ready_s[k]}, {crew.target_m[k]}};
     std::vector<Stop> mine = stops;
-    choose_poses(alone, mine);
+    choose_poses(request, alone, mine);
     mine = without_absorbed(space, alone, nearest_stops(request, alone, mine));
-    const auto plan = tours(space, alone, mine);
+    const auto plan = tours(space, alone, mine, request.workers);
     if (plan[0].empty()) continue;
     const Stop& first = mine[plan[0][0]];
     const Stop* const next = plan[0].size() > 1 ? &mine[plan[0][1]] : nullptr;
