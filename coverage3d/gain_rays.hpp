@@ -24,6 +24,7 @@ struct Steps {
 
 /// Rays of four sectors, row by row.
 struct Bundle {
+  /// One ray of each sector, all equally steep.
   struct Row {
     alignas(32) std::array<double, kLanes> x, y, z;  ///< of the directions
   };

@@ -88,7 +88,7 @@ class DistanceField {
   std::vector<std::uint16_t> squared_;
   std::array<int, 3> block_count_{0, 0, 0};
   std::vector<std::uint64_t> block_revision_;  ///< of the last change in each block
-  std::vector<std::uint64_t> obstacle_;  ///< a bit per voxel, every row begins a word
+  std::vector<std::uint64_t> obstacle_;        ///< a bit per voxel, every row begins a word
   std::size_t row_words_ = 0;
   std::vector<VoxelBox> to_recompute_;
   std::vector<Scratch> scratch_;  ///< of each thread

@@ -74,8 +74,8 @@ class TravelCosts {
   Window window_;
   Eigen::Vector3d source_m_ = Eigen::Vector3d::Zero();
   VoxelIndex source_;
-  std::vector<float> cost_;          ///< in cell edges; negative = impassable
-  std::vector<std::uint8_t> flags_;  ///< of the lattice, likewise in the window; slice rule only
+  std::vector<float> cost_;              ///< in cell edges; negative = impassable
+  std::vector<std::uint8_t> flags_;      ///< of the lattice, likewise in the window; slice rule only
   std::vector<std::uint8_t> direction_;  ///< move that led here (index into the moves; 26 = source)
   std::vector<std::uint32_t> buckets_[3];
   std::unique_ptr<Steps> steps_;
