@@ -6,6 +6,7 @@
 #include "mapping/occupancy_map.hpp"
 #include "mapping/occupancy_words.hpp"
 #include "planning3d/free_space.hpp"
+#include "planning3d/passable_lattice.hpp"
 
 #include <Eigen/Core>
 
@@ -49,6 +50,7 @@ struct Belief {
   mapping::OccupancyMap map;
   mapping::DistanceField blocked;
   mapping::OccupancyWords blocked_words;
+  planning3d::PassableLattice passable;  ///< for ways that the fleet itself looks for; as of the last one
   std::unique_ptr<coverage3d::CoverageStrategy> strategy;
   std::map<std::size_t, std::uint64_t> known_by;  ///< absent UAVs: the map's revision up to which they know it
   std::map<std::size_t, std::vector<Eigen::Vector3d>> passed;  ///< see passed_m(), by UAV

@@ -388,7 +388,8 @@ void Fleet::Impl::make_way(const Uav& blocked_uav, const std::vector<Eigen::Vect
     const Eigen::Vector3d at_m = fellow.vehicle->state().position_m;
     if (planning3d::distance_to_polyline(wanted_path_m, at_m) > room_m) continue;
     planning3d::TravelCosts costs;
-    costs.compute(fellow.belief->space(), at_m, fellow.belief->strategy->motion_rule(), 2.0 * kMakeWayReach_m);
+    costs.compute(fellow.belief->space(), at_m, fellow.belief->strategy->motion_rule(), 2.0 * kMakeWayReach_m,
+                  &fellow.belief->passable);
     const auto refuge = nearest_refuge(fellow.belief->space(), costs, at_m, [&](const Eigen::Vector3d& p_m) {
       return planning3d::distance_to_polyline(wanted_path_m, p_m) > room_m;
     });

@@ -48,7 +48,8 @@ double Fleet::Impl::time_back_s(const Uav& uav) const {
   double way_m = at_m.z() - config.task_box.min_m.z();
   if (config.return_to == ReturnTo::kHome) {
     planning3d::TravelCosts costs;
-    costs.compute(uav.belief->space(), uav.home_m, uav.belief->strategy->motion_rule());
+    costs.compute(uav.belief->space(), uav.home_m, uav.belief->strategy->motion_rule(),
+                  std::numeric_limits<double>::infinity(), &uav.belief->passable);
     const auto there_m = static_cast<double>(costs.distance_m(at_m));
     way_m = uav.home_m.z() - config.task_box.min_m.z();
     way_m += std::isfinite(there_m) ? there_m : 2.0 * (uav.home_m - at_m).norm();
