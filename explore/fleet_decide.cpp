@@ -111,12 +111,18 @@ void Fleet::Impl::guard() {
   mapping::for_each_index(pool.get(), uavs.size(), [&](std::size_t i) {
     if (guarded(uavs[i])) reports[i] = pilot.still_safe(uavs[i].belief->space(), uavs[i], now_s());
   });
+  std::vector<bool> stopped(uavs.size(), false);
   for (Uav& uav : uavs) {
-    if (!guarded(uav)) continue;
-    if (reports[uav.id].safe()) {
-      mind_fellows(uav);
-    } else {
-      stop_at_once(uav, pilot.brake(uav, now_s()), reports[uav.id].verdict);
+    if (!guarded(uav) || reports[uav.id].safe()) continue;
+    stop_at_once(uav, pilot.brake(uav, now_s()), reports[uav.id].verdict);
+    stopped[uav.id] = true;
+  }
+  for (bool again = true; again;) {  // who stops may be in the way of one that was looked at before
+    again = false;
+    for (Uav& uav : uavs) {
+      if (stopped[uav.id] || !guarded(uav) || !mind_fellows(uav)) continue;
+      stopped[uav.id] = true;
+      again = true;
     }
   }
 }
@@ -130,17 +136,19 @@ void Fleet::Impl::stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Ver
 }
 
 /// Motions are planned clear of each other, but a fellow may have braked since then, whatever the reason, and stand in
-/// the way.
-void Fleet::Impl::mind_fellows(Uav& uav) {
-  if (config.avoidance != Avoidance::kPriority) return;
+/// the way. @returns whether the UAV stops for one
+bool Fleet::Impl::mind_fellows(Uav& uav) {
+  if (config.avoidance != Avoidance::kPriority) return false;
   const std::vector<const Uav*> fellows = fellows_of(uav);
   const auto meeting = pilot.meets(uav.commanded(), fellows, now_s());
-  if (meeting.safe()) return;
+  if (meeting.safe()) return false;
   const Trajectory stop = pilot.brake(uav, now_s());
-  if (meeting.at_time_s > stop.end_time_s() + kBrakeEarly_s) return;  // there is time to plan another way
+  const double early_s = std::max(kBrakeEarly_s, 1.5 * tick_s);  // it is looked at again after a tick
+  if (meeting.at_time_s > stop.end_time_s() + early_s) return false;  // there is time to plan another way
   const auto at_rest = pilot.meets(stop, fellows, now_s());
-  if (!at_rest.safe() && at_rest.at_time_s < meeting.at_time_s) return;
+  if (!at_rest.safe() && at_rest.at_time_s < meeting.at_time_s) return false;
   stop_at_once(uav, stop, meeting.verdict);
+  return true;
 }
 
 void Fleet::Impl::advance_phase(Uav& uav) {
