@@ -143,7 +143,7 @@ bool Fleet::Impl::mind_fellows(Uav& uav) {
   const auto meeting = pilot.meets(uav.commanded(), fellows, now_s());
   if (meeting.safe()) return false;
   const Trajectory stop = pilot.brake(uav, now_s());
-  const double early_s = std::max(kBrakeEarly_s, 1.5 * tick_s);  // it is looked at again after a tick
+  const double early_s = std::max(kBrakeEarly_s, 1.5 * tick_s);       // it is looked at again after a tick
   if (meeting.at_time_s > stop.end_time_s() + early_s) return false;  // there is time to plan another way
   const auto at_rest = pilot.meets(stop, fellows, now_s());
   if (!at_rest.safe() && at_rest.at_time_s < meeting.at_time_s) return false;
