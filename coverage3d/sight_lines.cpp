@@ -13,16 +13,11 @@ namespace {
 using mapping::OccupancyMap;
 using mapping::Simd;
 
-bool clear_summary(std::uint8_t summary) {
-  constexpr auto kRead = static_cast<std::uint8_t>(OccupancyMap::kClassBits | OccupancyMap::kHitBit);
-  return (summary & kRead) == static_cast<std::uint8_t>(Occupancy::kFree);
-}
-
 std::uint32_t follow_one(const OccupancyMap& map, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
   std::uint32_t stop = SightLines::kNothing;
   walk_voxels(map.grid(), from_m, to_m, [&](const VoxelIndex& v) {
     const std::size_t index = map.grid().linear(v);
-    if (clear_summary(map.summaries()[index])) return true;
+    if (map.at(index) == Occupancy::kFree && !map.ever_hit(index)) return true;
     stop = static_cast<std::uint32_t>(index);
     return false;
   });

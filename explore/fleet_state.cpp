@@ -122,13 +122,9 @@ void restore(Uav& uav, const json& j) {
 
 /// Free voxels in which a return once fell, by linear index: a map file does not tell them from others.
 std::vector<std::size_t> hit_but_free(const mapping::OccupancyMap& map) {
-  constexpr auto kRead = static_cast<std::uint8_t>(mapping::OccupancyMap::kClassBits | mapping::OccupancyMap::kHitBit);
-  constexpr auto kWanted =
-      static_cast<std::uint8_t>(static_cast<std::uint8_t>(Occupancy::kFree) | mapping::OccupancyMap::kHitBit);
   std::vector<std::size_t> found;
-  const std::uint8_t* const summaries = map.summaries();
   for (std::size_t i = 0; i < map.grid().voxel_count(); ++i) {
-    if ((summaries[i] & kRead) == kWanted) found.push_back(i);
+    if (map.at(i) == Occupancy::kFree && map.ever_hit(i)) found.push_back(i);
   }
   return found;
 }
