@@ -150,6 +150,7 @@ PlanVerdict Pilot::shape_along(const FreeSpace& space, const Uav& uav, const std
 FlightDraft Pilot::draft(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
                          const planning3d::MotionRule& rule, double depart_s, int thread) {
   FlightDraft draft;
+  draft.thread = thread;
   draft.request.start_m = uav.commanded().sample(depart_s).position_m;
   draft.request.goal_m = position_m;
   draft.request.rule = rule;
@@ -193,7 +194,8 @@ FlightResult Pilot::fly(const FreeSpace& space, const Uav& uav, double yaw_rad, 
     if (check_.check_fellows(*draft.motion, motions, depart_s).safe()) return {};
     return {PlanVerdict::Kind::kStop, "fellow in the way"};  // another planner would meet the same one
   };
-  const planning3d::FallbackResult found = planners_.front().decide(space, draft.request, judge);
+  const planning3d::FallbackResult found =
+      planners_[static_cast<std::size_t>(draft.thread)].decide(space, draft.request, judge);
   result.not_used = found.reason();
   result.path_m = draft.path_m;
   if (!found.hover()) flying(found);

@@ -28,6 +28,7 @@ struct FlightResult {
 
 /// A motion to a goal as if there were no fellows, or none.
 struct FlightDraft {
+  int thread = 0;  ///< by whose planner: it knows the surroundings already
   planning3d::PlanRequest request;
   planning3d::FallbackResult found;
   std::vector<Eigen::Vector3d> path_m;  ///< the last that a motion was tried along

@@ -28,15 +28,16 @@ struct AstarPlanner::Search {
   bool slice;
   std::size_t most_expansions;
   std::size_t expansions = 0;
-  const RegionGraph* regions = nullptr;  ///< null: not led
-  std::vector<float> lengths{};          ///< from the goal, by part of `regions`, in voxels
+  const RegionGraph* regions = nullptr;         ///< null: not led
+  const std::vector<float>* lengths = nullptr;  ///< from the goal, by part of `regions`, in cells
+  float voxels = 0.0F;                          ///< of a cell, as they are weighed
 
   float estimate(const VoxelIndex& v) const {
     const float open = heuristic(v);
     if (regions == nullptr) return open;
     const std::uint32_t part = regions->part_of(v);
-    const float length = part == RegionGraph::kNone ? RegionGraph::kUnreachable : lengths[part];
-    return length == RegionGraph::kUnreachable ? open : std::max(open, length);
+    const float length = part == RegionGraph::kNone ? RegionGraph::kUnreachable : (*lengths)[part];
+    return length == RegionGraph::kUnreachable ? open : std::max(open, length * voxels);
   }
 
   /// Least number of voxel lengths to the goal by the allowed moves (consistent).
@@ -111,14 +112,17 @@ PlanStatus AstarPlanner::search(Search& search) {
 /// Once more, from the beginning and by what is left of the request's expansions.
 PlanStatus AstarPlanner::search_led(Search& search) {
   lattice_.update(search.space, search.request.rule);
-  regions_.update(lattice_);
+  const bool changed = regions_.update(lattice_);
   const std::uint32_t goal = regions_.part_of(search.ends.goal);
   if (goal == RegionGraph::kNone) return PlanStatus::kTimedOut;
   const std::uint32_t start = regions_.part_of(search.ends.start);
-  regions_.lengths_from(goal, search.lengths, start);
-  if (start != RegionGraph::kNone && search.lengths[start] == RegionGraph::kUnreachable) return PlanStatus::kNoPath;
-  const float voxels = kLedWeight * static_cast<float>(lattice_.frame().cell_voxels);
-  for (float& length : search.lengths) length *= voxels;
+  // Mostly for the same request once more, round fellows.
+  if (changed || goal != led_.goal || start != led_.start) regions_.lengths_from(goal, led_.lengths, start);
+  led_.goal = goal;
+  led_.start = start;
+  if (start != RegionGraph::kNone && led_.lengths[start] == RegionGraph::kUnreachable) return PlanStatus::kNoPath;
+  search.lengths = &led_.lengths;
+  search.voxels = kLedWeight * static_cast<float>(lattice_.frame().cell_voxels);
   search.regions = &regions_;
   search.most_expansions = search.request.max_expansions;
   nodes_.renew(search.space.grid());

@@ -53,6 +53,11 @@ class AstarPlanner final : public Planner {
   SearchMemory<Node> nodes_;
   PassableLattice lattice_;
   RegionGraph regions_;
+  struct {
+    std::uint32_t goal = RegionGraph::kNone;
+    std::uint32_t start = RegionGraph::kNone;
+    std::vector<float> lengths;  ///< between them, by part of the graph as it was last
+  } led_;
   std::vector<float> nearness_;      ///< by squared distance in cells
   std::vector<std::uint8_t> level_;  ///< by z: horizontal moves allowed
   double lattice_cost_m_ = std::numeric_limits<double>::quiet_NaN();

@@ -4,7 +4,9 @@
 #include "planning3d/grid_moves.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -15,7 +17,7 @@ namespace {
 /// Cells of a block whose coordinate on an axis is 0.
 constexpr std::array<std::uint64_t, 3> kFirst{0x1111111111111111U, 0x000F000F000F000FU, 0x000000000000FFFFU};
 constexpr std::array<int, 3> kShift{1, 4, 16};  ///< from a cell to the next along an axis
-constexpr std::uint32_t kBeyondShare = 4;       ///< lengths are looked for a quarter farther than asked, ...
+constexpr std::uint32_t kBeyondShare = 8;       ///< ways to a part are looked for that are an eighth longer ...
 constexpr std::uint32_t kBeyond = 4;            ///< ... and so many blocks
 constexpr int kAcross = RegionGraph::kEdge - 1;
 
@@ -46,6 +48,47 @@ std::uint64_t passable(const std::uint8_t* flags, int count) {
   for (int i = 0; i < count; ++i) bits |= std::uint64_t{flags[i] & 1U} << i;
   static_assert(PassableLattice::kPassable == 1 && sizeof(four) == RegionGraph::kEdge);
   return bits;
+}
+
+/// The 27 blocks about one, x fastest: where they lie, and how far.
+struct Beside {
+  int x, y, z;
+  float length;
+};
+constexpr std::size_t kSelf = 13;
+constexpr std::array<Beside, 27> kBeside = [] {
+  std::array<Beside, 27> beside{};
+  for (std::size_t m = 0; m < kGridMoves.size(); ++m)
+    beside[m < kSelf ? m : m + 1] = {kGridMoves[m].x, kGridMoves[m].y, kGridMoves[m].z, kGridMoves[m].length};
+  return beside;
+}();
+
+/// Those of the 27 that are also about the block one came from by `step`.
+constexpr std::array<std::uint32_t, 27> kShared = [] {
+  std::array<std::uint32_t, 27> shared{};
+  const auto near = [](int a, int b) { return a + b >= -1 && a + b <= 1; };
+  for (std::size_t step = 0; step < kBeside.size(); ++step) {
+    for (std::size_t to = 0; to < kBeside.size(); ++to) {
+      const Beside& a = kBeside[step];
+      const Beside& b = kBeside[to];
+      if (near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z)) shared[step] |= 1U << to;
+    }
+  }
+  return shared;
+}();
+
+/// What is about the block one came from by `step`, as about this one.
+std::uint32_t seen_from(std::uint32_t about_the_one_before, std::size_t step) {
+  const int shift = static_cast<int>(step) - static_cast<int>(kSelf);
+  return (shift > 0 ? about_the_one_before >> shift : about_the_one_before << -shift) & kShared[step];
+}
+
+/// The shortest way between blocks that lie so far apart, in steps; rounded down.
+float least_steps(std::array<int, 3> apart) {
+  for (int& one : apart) one = std::abs(one);
+  std::sort(apart.begin(), apart.end());
+  return static_cast<float>(apart[2]) + 0.41421354F * static_cast<float>(apart[1]) +
+         0.31783719F * static_cast<float>(apart[0]);
 }
 
 template <typename Parts>
@@ -95,28 +138,76 @@ void RegionGraph::read_layer(const PassableLattice& lattice, int layer, std::vec
   }
 }
 
-void RegionGraph::update(const PassableLattice& lattice, mapping::WorkerPool* workers) {
+std::array<std::ptrdiff_t, 27> RegionGraph::offsets() const {
+  const std::ptrdiff_t row = blocks_[0];
+  const std::ptrdiff_t slab = row * blocks_[1];
+  std::array<std::ptrdiff_t, 27> offsets{};
+  for (std::size_t m = 0; m < kBeside.size(); ++m) offsets[m] = kBeside[m].x + kBeside[m].y * row + kBeside[m].z * slab;
+  return offsets;
+}
+
+void RegionGraph::link(std::size_t block, const std::array<std::ptrdiff_t, 27>& offsets) {
+  for (std::size_t i = 0; i < counts_[block]; ++i) {  // none in the border
+    Links links{0, counts_[block] == 1 ? 1U << kSelf : 0U};
+    for (std::size_t m = 0; m < kBeside.size(); ++m) {
+      const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + offsets[m]);
+      if (m == kSelf || cells_[next] == 0) continue;
+      if ((touched(parts_[block][i], {kBeside[m].x, kBeside[m].y, kBeside[m].z}) & cells_[next]) == 0) continue;
+      links.any |= 1U << m;
+      if (counts_[next] == 1) links.only |= 1U << m;
+    }
+    links_[number(block, i)] = links;
+  }
+}
+
+bool RegionGraph::update(const PassableLattice& lattice, mapping::WorkerPool* workers) {
   if (!(frame_ == lattice.frame()) || cells_.empty()) {
     frame_ = lattice.frame();
     for (std::size_t axis = 0; axis < 3; ++axis) blocks_[axis] = (frame_.size[axis] + kEdge - 1) / kEdge + 2;
     cells_.assign(block_of(blocks_[0] - 2, blocks_[1] - 2, blocks_[2] - 2) + 1, 0);
     parts_.assign(cells_.size(), Parts{});
     counts_.assign(cells_.size(), 0);
+    links_.clear();
+    outdated_.assign(cells_.size(), 0);
   }
   now_.assign(cells_.size(), 0);
   const auto layers = static_cast<std::size_t>(blocks_[2] - 2);
+  const auto slab = static_cast<std::size_t>(blocks_[0]) * static_cast<std::size_t>(blocks_[1]);
+  std::vector<std::vector<std::size_t>> changed(layers);
   mapping::for_each_index(workers, layers, [&](std::size_t i) {
     const int layer = static_cast<int>(i);
     read_layer(lattice, layer, now_);
     const std::size_t first = block_of(-1, -1, layer);
-    const std::size_t end = first + static_cast<std::size_t>(blocks_[0]) * static_cast<std::size_t>(blocks_[1]);
-    for (std::size_t block = first; block < end; ++block) {
+    for (std::size_t block = first; block < first + slab; ++block) {
       if (now_[block] == cells_[block]) continue;
       parts_[block] = split(now_[block]);
       counts_[block] = parts_in(parts_[block]);
+      changed[i].push_back(block);
     }
   });
   cells_.swap(now_);
+  const std::array<std::ptrdiff_t, 27> beside = offsets();
+  std::size_t most = links_.size() / cells_.size();
+  bool any = false;
+  for (const std::vector<std::size_t>& blocks : changed) {
+    for (const std::size_t block : blocks) {
+      any = true;
+      most = std::max<std::size_t>(most, counts_[block]);
+      for (const std::ptrdiff_t offset : beside)
+        outdated_[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + offset)] = 1;
+    }
+  }
+  if (!any) return false;
+  links_.resize(most * cells_.size());
+  mapping::for_each_index(workers, layers, [&](std::size_t i) {
+    const std::size_t first = block_of(-1, -1, static_cast<int>(i));
+    for (std::size_t block = first; block < first + slab; ++block) {
+      if (outdated_[block] == 0) continue;
+      outdated_[block] = 0;
+      link(block, beside);
+    }
+  });
+  return true;
 }
 
 std::uint32_t RegionGraph::part_of(const VoxelIndex& v) const {
@@ -127,53 +218,81 @@ std::uint32_t RegionGraph::part_of(const VoxelIndex& v) const {
   const std::size_t block = block_of(x / kEdge, y / kEdge, z / kEdge);
   const std::uint64_t cell = std::uint64_t{1} << (x % kEdge + y % kEdge * kShift[1] + z % kEdge * kShift[2]);
   for (std::size_t i = 0; i < kMostParts && (cells_[block] & cell) != 0; ++i) {
-    if ((parts_[block][i] & cell) != 0) return static_cast<std::uint32_t>(block * kMostParts + i);
+    if ((parts_[block][i] & cell) != 0) return static_cast<std::uint32_t>(number(block, i));
   }
   return kNone;
 }
 
+// By buckets one block step wide (see TravelCosts). With `until` it is A*, by the length of the whole way. A bucket
+// then leads into itself and up to four farther on: five of them in a ring are enough.
 void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, std::uint32_t until) const {
-  lengths.assign(parts_.size() * kMostParts, kUnreachable);
-  const std::ptrdiff_t row = blocks_[0];
-  const std::ptrdiff_t slab = row * blocks_[1];
-  std::array<std::ptrdiff_t, kGridMoves.size()> offsets{};
-  for (std::size_t m = 0; m < kGridMoves.size(); ++m)
-    offsets[m] = kGridMoves[m].x + kGridMoves[m].y * row + kGridMoves[m].z * slab;
-  // Most neighbours are near already: lengths and counts are all that is read of them.
-  const auto any_farther = [&](std::size_t block, float through) {
-    const float* const there = lengths.data() + block * kMostParts;
-    return std::any_of(there, there + counts_[block], [through](float length) { return through < length; });
+  struct Entry {
+    std::uint32_t part;
+    float length;
   };
-  // By buckets one block step wide: a bucket's lengths are final when its turn comes (see TravelCosts).
-  std::array<std::vector<std::uint32_t>, 3> buckets;
-  std::vector<std::uint32_t> got_to{part};
-  lengths[part] = 0.0F;
-  buckets[0].push_back(part);
+  constexpr std::uint32_t kRing = 5;
+  std::array<std::vector<Entry>, kRing> buckets;
+  lengths.assign(links_.size(), kUnreachable);
+  std::vector<std::uint8_t> steps(links_.size());  // that led here
+  std::vector<std::uint32_t> got_to;
+  const std::size_t blocks = cells_.size();
+  const std::array<std::ptrdiff_t, 27> beside = offsets();
+  const auto place = [this](std::size_t block) {
+    const auto row = static_cast<std::size_t>(blocks_[0]);
+    const auto slab = row * static_cast<std::size_t>(blocks_[1]);
+    return std::array<int, 3>{static_cast<int>(block % row), static_cast<int>(block % slab / row),
+                              static_cast<int>(block / slab)};
+  };
+  const std::array<int, 3> end = until == kNone ? std::array<int, 3>{} : place(until % blocks);
   std::uint32_t turn = 0;
+  const auto lower = [&](std::size_t to, float through, std::size_t step) {
+    float& length = lengths[to];
+    if (through >= length) return;
+    if (length == kUnreachable) got_to.push_back(static_cast<std::uint32_t>(to));
+    length = through;
+    steps[to] = static_cast<std::uint8_t>(step);
+    float whole = through;
+    if (until != kNone) {
+      const std::array<int, 3> at = place(to % blocks);
+      whole += least_steps({end[0] - at[0], end[1] - at[1], end[2] - at[2]});
+    }
+    const std::uint32_t bucket = std::max(turn, static_cast<std::uint32_t>(whole));  // never back, though rounded
+    buckets[bucket % kRing].push_back({static_cast<std::uint32_t>(to), through});
+  };
+  if (until != kNone) {
+    const std::array<int, 3> at = place(part % blocks);
+    turn = static_cast<std::uint32_t>(least_steps({end[0] - at[0], end[1] - at[1], end[2] - at[2]}));
+  }
+  lower(part, 0.0F, kSelf);
   std::uint32_t last_turn = kNone;
-  for (int empty = 0; empty < 3 && turn < last_turn; ++turn) {
+  for (std::uint32_t empty = 0; empty < kRing && turn < last_turn; ++turn) {
     if (until != kNone && last_turn == kNone && lengths[until] < static_cast<float>(turn))
       last_turn = turn + turn / kBeyondShare + kBeyond;
-    auto& bucket = buckets[turn % 3];
+    auto& bucket = buckets[turn % kRing];
     empty = bucket.empty() ? empty + 1 : 0;
-    for (const std::uint32_t from : bucket) {
-      const float length = lengths[from];
-      if (static_cast<std::uint32_t>(length) != turn) continue;  // lowered since
-      const std::size_t block = from / kMostParts;
-      for (std::size_t m = 0; m < kGridMoves.size(); ++m) {
-        const GridMove& move = kGridMoves[m];
-        const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + offsets[m]);
+    for (std::size_t n = 0; n < bucket.size(); ++n) {
+      const auto [from, length] = bucket[n];
+      if (lengths[from] != length) continue;  // lowered since
+      const std::size_t block = from < blocks ? from : from % blocks;
+      // A part that also touches the one before was reached from there already, and by no longer way.
+      std::uint32_t worth = links_[from].any;
+      const std::size_t step = steps[from];
+      if (step != kSelf) {
+        const std::size_t before = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) - beside[step]);
+        if (counts_[before] == 1) worth &= ~seen_from(links_[before].only, step);
+      }
+      for (; worth != 0; worth &= worth - 1) {
+        const auto m = static_cast<std::size_t>(std::countr_zero(worth));
+        const Beside& move = kBeside[m];
+        const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + beside[m]);
         const float through = length + move.length;
-        if (!any_farther(next, through)) continue;
-        const std::uint64_t cells = touched(parts_[block][from % kMostParts], {move.x, move.y, move.z}) & cells_[next];
-        float* const there = lengths.data() + next * kMostParts;
-        for (std::size_t i = 0; i < counts_[next]; ++i) {
-          if ((parts_[next][i] & cells) == 0 || through >= there[i]) continue;
-          const auto lowered = static_cast<std::uint32_t>(next * kMostParts + i);
-          if (there[i] == kUnreachable) got_to.push_back(lowered);
-          there[i] = through;
-          buckets[static_cast<std::uint32_t>(through) % 3].push_back(lowered);
+        if (counts_[next] == 1) {
+          lower(next, through, m);
+          continue;
         }
+        const std::uint64_t cells = touched(parts_[block][from / blocks], {move.x, move.y, move.z});
+        for (std::size_t i = 0; i < counts_[next]; ++i)
+          if ((parts_[next][i] & cells) != 0) lower(number(next, i), through, m);
       }
     }
     bucket.clear();
@@ -183,7 +302,7 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, 
     for (const std::uint32_t there : got_to) lengths[there] *= kCells;
     return;
   }
-  // What was not got to is farther than all that was.
+  // By way of what was not got to it is farther than by all that was.
   const auto rest = static_cast<float>(turn);
   for (float& length : lengths) length = std::min(length, rest) * kCells;
 }

@@ -24,16 +24,18 @@ class RegionGraph {
   static constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 
   /// Looks at all cells, works where some became passable or impassable. @param workers  may be null
-  void update(const PassableLattice& lattice, mapping::WorkerPool* workers = nullptr);
+  /// @return whether there were any
+  bool update(const PassableLattice& lattice, mapping::WorkerPool* workers = nullptr);
 
-  /// Number of the part that holds the voxel's cell; kNone where that is impassable. Blocks that did not change keep
-  /// their numbers. @pre updated; v is in the grid
+  /// Number of the part that holds the voxel's cell; kNone where that is impassable. Parts of blocks that did not
+  /// change keep their numbers. @pre updated; v is in the grid
   std::uint32_t part_of(const VoxelIndex& v) const;
 
   /// Lengths of the shortest ways from a part to all, by part number, in cell edges; kUnreachable where there is none.
-  /// @param until  a part that can be reached: looks no farther than some way beyond it, and gives to all that lies
-  ///               farther off, reachable or not, a length between that of `until` and its own. Where `until` cannot be
-  ///               reached, or is kNone: as above
+  /// Parts that come with later updates may have numbers beyond them.
+  /// @param until  a part that can be reached: looks only where ways to it that are little longer than the shortest
+  ///               may lead. All other parts, reachable or not, get some length that is less than their own only
+  ///               where it is more than that of `until`. Where `until` cannot be reached, or is kNone: as above
   void lengths_from(std::uint32_t part, std::vector<float>& lengths, std::uint32_t until = kNone) const;
 
  private:
@@ -41,13 +43,25 @@ class RegionGraph {
   std::size_t block_of(int x, int y, int z) const;
   void read_layer(const PassableLattice& lattice, int layer, std::vector<std::uint64_t>& cells) const;
   static Parts split(std::uint64_t cells);
+  /// Part i of a block. The first parts of all blocks come first: most blocks have no other, and lie close together.
+  std::size_t number(std::size_t block, std::size_t i) const { return i * cells_.size() + block; }
+  std::array<std::ptrdiff_t, 27> offsets() const;
+  void link(std::size_t block, const std::array<std::ptrdiff_t, 27>& offsets);
+
+  /// Of a part: a bit for each of the 27 blocks about its own, x fastest.
+  struct Links {
+    std::uint32_t any;   ///< where it touches a part
+    std::uint32_t only;  ///< where it touches the only part; with its own block where it is the only one
+  };
 
   LatticeFrame frame_;
   std::array<int, 3> blocks_{0, 0, 0};  ///< with a border of one empty block on every side
   std::vector<std::uint64_t> cells_;    ///< passable ones of each block
   std::vector<std::uint64_t> now_;      ///< the same while they are read
   std::vector<Parts> parts_;
-  std::vector<std::uint8_t> counts_;  ///< parts of each block
+  std::vector<std::uint8_t> counts_;    ///< parts of each block
+  std::vector<Links> links_;            ///< of each part
+  std::vector<std::uint8_t> outdated_;  ///< blocks whose parts' links are to be found again
 };
 
 }  // namespace stairwell::planning3d

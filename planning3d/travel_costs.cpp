@@ -194,7 +194,7 @@ void TravelCosts::estimate_beyond(const RegionGraph& graph) {
 
 float TravelCosts::beyond_m(const VoxelIndex& v) const {
   const std::uint32_t part = graph_->part_of(v);
-  if (part == RegionGraph::kNone) return kUnreachable;
+  if (part >= lengths_.size()) return kUnreachable;  // impassable, or come since
   return std::max(lengths_[part] * static_cast<float>(cell_m()), static_cast<float>(limit_m_));
 }
 

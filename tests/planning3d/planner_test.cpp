@@ -137,6 +137,36 @@ TEST_CASE("a long search of A* led by regions finds what there is, and hardly lo
   CHECK(cut_off > 0);
 }
 
+TEST_CASE("what a led search remembers of the last one changes no path", "[astar]") {
+  Rng rng = make_rng(22, "astar-led-kept");
+  AstarPlanner::Config config;
+  config.led_from = 0;
+  config.led_after = 50;
+  AstarPlanner kept(config);
+  int reached = 0;
+  for (int round = 0; round < 30; ++round) {
+    TestWorld world({6.0, 5.0, 2.0}, 0.1);
+    world.clutter(rng, 30, 1.8);
+    PlanRequest request;
+    request.start_m = world.random_place(world.space(), rng);
+    request.goal_m = world.random_place(world.space(), rng);
+    for (int time = 0; time < 4; ++time) {  // the same request, round fellows, in a world that changed, both
+      if (time == 2) world.clutter(rng, 10, 1.5);
+      const FreeSpace space = world.space();
+      request.keep_out.clear();
+      if (time % 2 == 1) request.keep_out.push_back({world.random_place(space, rng), 0.5});
+      AstarPlanner fresh(config);
+      const PlanResult expected = fresh.plan(space, request);
+      const PlanResult result = kept.plan(space, request);
+      REQUIRE(result.status == expected.status);
+      REQUIRE(result.expansions == expected.expansions);
+      REQUIRE(result.path_m == expected.path_m);
+      if (result.status == PlanStatus::kReached && result.expansions > config.led_after) ++reached;
+    }
+  }
+  CHECK(reached > 30);
+}
+
 TEST_CASE("paths keep away from walls, fit the robot anywhere and are found fast", "[astar]") {
   Rng rng = make_rng(4, "astar-speed");
   AstarPlanner exact;
