@@ -15,6 +15,7 @@ constexpr double kTouch_m = 1e-6;  // resting against a face is no collision
 constexpr double kBoxRounding_m = 1e-6;
 constexpr double kLimitRounding = 1e-4;  // relative
 constexpr double kStraight_m = 1e-9;
+constexpr double kComingApart_m = 1e-6;  // less is no nearer
 constexpr double kBowShare =
     1.5;  // a cubic is at most this much farther from its chord than half-way (1 for a parabola)
 
@@ -240,14 +241,17 @@ SafetyReport SafetyCheck::check_fellows(const Trajectory& trajectory, const std:
     double end_s = std::max(trajectory.end_time_s(), fellow->end_time_s());
     if (!first.safe()) end_s = std::min(end_s, first.at_time_s);
     const double closing_mps = own_mps + fastest_mps(*fellow) + 1e-6;
+    double least_m = 0.0;  // that is allowed; less than the clearance until they have come apart
     for (double time_s = from_s;;) {
       const Eigen::Vector3d at_m = trajectory.sample(time_s).position_m;
       const double apart_m = (at_m - fellow->sample(time_s).position_m).norm();
-      if (apart_m < config_.fellow_clearance_m) {
+      const bool clear = apart_m >= config_.fellow_clearance_m;
+      if (apart_m < least_m - kComingApart_m || (!clear && time_s >= end_s)) {
         if (first.safe() || time_s < first.at_time_s) first = {Verdict::kFellow, time_s, at_m};
         break;
       }
       if (time_s >= end_s) break;
+      least_m = std::min(config_.fellow_clearance_m, std::max(least_m, apart_m));
       // They cannot meet sooner than this; near misses are looked at in half states.
       const double wait_s = (apart_m - config_.fellow_clearance_m) / closing_mps;
       time_s = std::min(end_s, time_s + std::max(0.5 * Trajectory::kStep_s, wait_s));

@@ -48,7 +48,8 @@ class SafetyCheck {
   SafetyReport check_space(const FreeSpace& space, const Trajectory& trajectory, double from_s) const;
   /// By finite differences of the stored states; of jerk only what lies behind `from_s`.
   SafetyReport check_limits(const Trajectory& trajectory, const MotionLimits& limits, double from_s) const;
-  /// Against the fellows' whole commanded motions, including both standing still at their ends for ever.
+  /// Against the fellows' whole commanded motions, including both standing still at their ends for ever. Where they are
+  /// nearer than the clearance at `from_s`, the motion is safe when it comes no nearer and clear in the end.
   SafetyReport check_fellows(const Trajectory& trajectory, const std::vector<const Trajectory*>& fellows,
                              double from_s) const;
 

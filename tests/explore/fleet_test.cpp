@@ -210,6 +210,24 @@ TEST_CASE("UAVs keep their distance in a small building and share the work") {
   CHECK(static_cast<double>(fleet.stats().plan_ms.size()) <= 4.0 * fleet.time_s());
 }
 
+TEST_CASE("UAVs that have come nearer to each other than they may part and explore on") {
+  auto config = test::toy_config();
+  config.time_limit_s = 120.0;
+  const Eigen::Vector3d apart_m = GENERATE(Eigen::Vector3d(0.35, 0.0, 0.0), Eigen::Vector3d(0.0, 0.35, 0.0),
+                                           Eigen::Vector3d(-0.25, -0.25, 0.0), Eigen::Vector3d(0.1, 0.2, 0.2));
+  const Eigen::Vector3d start_m(1.6, 2.0, 1.2);
+  ToySimulation sim(test::two_rooms(), config, {start_m, start_m + apart_m});
+  RecordingLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  double least_m = least_distance(fleet);
+  const double near_m = least_m;
+  while (fleet.step()) least_m = std::min(least_m, least_distance(fleet));
+  CHECK(fleet.stop_reason() == StopReason::kNothingReachableLeft);
+  CHECK(known_share(fleet.map()) >= 0.98);
+  CHECK(least_m >= near_m - 1e-3);
+  CHECK(least_distance(fleet) >= config.fellow_clearance_m);
+}
+
 TEST_CASE("UAVs that avoid each other reciprocally explore a small building without touching") {
   auto config = test::toy_config();
   config.avoidance = explore::Avoidance::kOrca;

@@ -197,3 +197,26 @@ TEST_CASE("fellows are met in space and time only", "[safety]") {
   const Trajectory late = flight(space, 20.0, {7.0, 1.0, 1.5}, {7.0, 7.0, 1.5});
   CHECK(check.check_fellows(east, {&late}, 0.0).verdict == Verdict::kFellow);
 }
+
+TEST_CASE("from a fellow that is too near already a motion may lead away", "[safety]") {
+  TestWorld world({8.0, 8.0, 3.0}, 0.1);
+  const FreeSpace space = world.space();
+  const SafetyCheck check;
+  const Trajectory beside = Trajectory::hover(0.0, {4.0, 4.35, 1.5}, 0.0);
+  const Trajectory near_after = Trajectory::hover(0.0, {4.0, 4.9, 1.5}, 0.0);
+  const Trajectory away = flight(space, 0.0, {4.0, 4.0, 1.5}, {4.0, 1.0, 1.5});
+  CHECK(check.check_fellows(away, {&beside}, 0.0).safe());
+  CHECK(check.check_fellows(away, {&beside, &near_after}, 0.0).safe());
+  CHECK(check.check_fellows(flight(space, 0.0, {4.0, 4.0, 1.5}, {1.0, 4.0, 1.5}), {&beside}, 0.0).safe());
+  // Nearer at first; or away, but not far enough in the end; or back again; or not at all.
+  const Trajectory past = flight(space, 0.0, {4.0, 4.0, 1.5}, {2.0, 7.0, 1.5});
+  CHECK(check.check_fellows(past, {&beside}, 0.0).verdict == Verdict::kFellow);
+  const Trajectory a_little = flight(space, 0.0, {4.0, 4.0, 1.5}, {4.0, 3.9, 1.5});
+  CHECK(check.check_fellows(a_little, {&beside}, 0.0).verdict == Verdict::kFellow);
+  const Trajectory back = flight(space, 0.0, {4.0, 4.2, 1.5}, {4.0, 6.0, 1.5});
+  const Trajectory follows = flight(space, 0.0, {4.0, 3.8, 1.5}, {4.0, 6.0, 1.5});
+  CHECK(check.check_fellows(back, {&follows}, 0.0).verdict == Verdict::kFellow);
+  const Trajectory stays = Trajectory::hover(0.0, {4.0, 4.0, 1.5}, 0.0);
+  const auto still = check.check_fellows(stays, {&beside}, 0.0);
+  CHECK(still.verdict == Verdict::kFellow);
+}
