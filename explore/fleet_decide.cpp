@@ -114,7 +114,9 @@ void Fleet::Impl::guard() {
   std::vector<bool> stopped(uavs.size(), false);
   for (Uav& uav : uavs) {
     if (!guarded(uav) || reports[uav.id].safe()) continue;
-    stop_at_once(uav, pilot.brake(uav, now_s()), reports[uav.id].verdict);
+    const bool level = uav.belief->strategy->motion_rule().kind == planning3d::MotionRule::Kind::kSlice;
+    const Trajectory stop = pilot.brake_clear(uav.belief->space(), uav, fellows_of(uav), level, now_s());
+    stop_at_once(uav, stop, reports[uav.id].verdict);
     stopped[uav.id] = true;
   }
   for (bool again = true; again;) {  // who stops may be in the way of one that was looked at before

@@ -1,9 +1,13 @@
 #include "explore/pilot.hpp"
 
 #include "core/errors.hpp"
+#include "core/units.hpp"
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace stairwell::explore {
@@ -24,6 +28,7 @@ constexpr double kTubeStep_s = 0.25;
 // that is known, and gives up before that.
 constexpr std::size_t kLargeMap = 4'000'000;  // voxels
 constexpr std::size_t kMostExpansions = 50'000;
+constexpr int kSides = 8;                           // to which it may give way
 constexpr std::string_view kLikeRequest = "astar";  // whose answers depend on the request alone
 
 planning3d::SafetyCheck make_check(const FleetConfig& config) {
@@ -228,6 +233,30 @@ Trajectory Pilot::brake(const Uav& uav, double depart_s) const {
     return Trajectory::hover(depart_s, from.position_m, from.yaw_rad);
   }
   return builder_.brake(uav.commanded(), depart_s);
+}
+
+Trajectory Pilot::brake_clear(const FreeSpace& space, const Uav& uav, const std::vector<const Uav*>& fellows,
+                              bool level, double depart_s) const {
+  const Trajectory straight = brake(uav, depart_s);
+  const Eigen::Vector3d velocity_mps = uav.commanded().sample(depart_s).velocity_mps;
+  if (config_.motion == MotionModel::kStep || velocity_mps.isZero(1e-3) || is_safe(space, straight, depart_s))
+    return straight;
+  Eigen::Vector3d side = velocity_mps.cross(Eigen::Vector3d::UnitZ());
+  if (side.norm() < 1e-3 * velocity_mps.norm()) side = Eigen::Vector3d::UnitX();  // straight up or down
+  side.normalize();
+  const Eigen::Vector3d up = side.cross(velocity_mps).normalized();
+  std::optional<Trajectory> best;
+  double most_m = -std::numeric_limits<double>::infinity();
+  for (int eighth = 0; eighth < kSides; eighth += level ? kSides / 2 : 1) {
+    const double angle_rad = 2.0 * kPi * eighth / kSides;
+    Trajectory aside =
+        builder_.brake_aside(uav.commanded(), depart_s, std::cos(angle_rad) * side + std::sin(angle_rad) * up);
+    const double room_m = space.room_m(aside.states().back().position_m);
+    if (room_m <= most_m || !is_safe(space, aside, depart_s) || !meets(aside, fellows, depart_s).safe()) continue;
+    most_m = room_m;
+    best = std::move(aside);
+  }
+  return best ? std::move(*best) : straight;
 }
 
 bool Pilot::is_safe(const FreeSpace& space, const Trajectory& motion, double from_s) const {

@@ -63,6 +63,10 @@ class Pilot {
                                      bool checked) const;
   Trajectory rotate(const Uav& uav, double turn_rad, double depart_s) const;
   Trajectory brake(const Uav& uav, double depart_s) const;
+  /// Brakes and, where that alone is too late, gives way to the side that has most room, if any has enough: for what
+  /// comes into sight late. @param level  to the sides only, not up or down
+  Trajectory brake_clear(const planning3d::FreeSpace& space, const Uav& uav, const std::vector<const Uav*>& fellows,
+                         bool level, double depart_s) const;
   bool is_safe(const planning3d::FreeSpace& space, const Trajectory& motion, double from_s) const;
   planning3d::SafetyReport still_safe(const planning3d::FreeSpace& space, const Uav& uav, double time_s) const;
   /// Whether and when the motion comes too near to those that the fellows are commanded to.

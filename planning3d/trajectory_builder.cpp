@@ -18,6 +18,8 @@ namespace {
 
 // Asked for first, in voxels: rays that graze a surface within a voxel make it free, usually those that leave out half
 // of it (an edge or a plane in its middle). Where that much does not fit, less, then none.
+constexpr double kBrakingAlong = 0.9;  // of the acceleration, when the rest is spent on giving way: ...
+constexpr double kBrakingAside[] = {0.35, 0.25, 0.15};  // ... as much as the limits allow
 constexpr double kSpares_voxels[] = {0.5, 0.3};
 constexpr double kYawShare = 0.98;
 constexpr double kBandSpare_m = 0.02;  // around control points: between them corners come nearer
@@ -372,8 +374,39 @@ std::optional<Trajectory> TrajectoryBuilder::quickest_safe(const FreeSpace& spac
 }
 
 Trajectory TrajectoryBuilder::brake(const Trajectory& flying, double depart_s) const {
+  return without_turning_on(flying, depart_s, braking_ride(flying, depart_s, limits_));
+}
+
+// Half of the time the way aside gets faster, half of it slower; where the course bends that way, less of it is left.
+Trajectory TrajectoryBuilder::brake_aside(const Trajectory& flying, double depart_s,
+                                          const Eigen::Vector3d& aside) const {
+  MotionLimits along = limits_;
+  along.acceleration_mps2 *= kBrakingAlong;
+  const Ride braking = braking_ride(flying, depart_s, along);
+  const double end_s = Trajectory::kStep_s * static_cast<double>(braking.states.size() - 1);
+  for (const double share : kBrakingAside) {
+    const double acceleration = share * limits_.acceleration_mps2;
+    Ride ride = braking;
+    for (std::size_t i = 0; i < ride.states.size(); ++i) {
+      const double time_s = Trajectory::kStep_s * static_cast<double>(i);
+      const double left_s = end_s - time_s;
+      const bool faster = time_s < left_s;
+      const double way_m = 0.5 * acceleration * (faster ? time_s * time_s : 0.5 * end_s * end_s - left_s * left_s);
+      ride.states[i].position_m += way_m * aside;
+      ride.states[i].velocity_mps += acceleration * std::min(time_s, left_s) * aside;
+      if (left_s > 0.0) ride.states[i].acceleration_mps2 += (faster ? acceleration : -acceleration) * aside;
+    }
+    const bool stored = std::all_of(ride.states.begin(), ride.states.end(), [this](const MotionState& state) {
+      return limits_.size_of(state.acceleration_mps2) <= limits_.acceleration_mps2;
+    });
+    if (stored && SafetyCheck{}.check_limits(Trajectory(depart_s, ride.states), limits_, depart_s).safe())
+      return without_turning_on(flying, depart_s, std::move(ride));
+  }
+  return brake(flying, depart_s);
+}
+
+Trajectory TrajectoryBuilder::without_turning_on(const Trajectory& flying, double depart_s, Ride ride) const {
   const MotionState start = flying.sample(depart_s);
-  Ride ride = braking_ride(flying, depart_s, limits_);
   const YawTurn stop =
       YawTurn::stop(start.yaw_rate_radps, limits_.yaw_rate_radps, kYawShare * limits_.yaw_acceleration_radps2);
   YawPlan(limits_, start.yaw_rad, start.yaw_rate_radps)

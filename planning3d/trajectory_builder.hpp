@@ -35,6 +35,10 @@ class TrajectoryBuilder {
   /// Brakes on the curve being flown as hard as the limits allow, for emergencies: without regard to the limit of jerk.
   /// Starts at `depart_s`.
   Trajectory brake(const Trajectory& flying, double depart_s) const;
+  /// Brakes a little less hard and gives way to one side meanwhile: by a tenth to a fifth of the way that braking
+  /// takes.
+  /// @param aside  unit vector across the present course
+  Trajectory brake_aside(const Trajectory& flying, double depart_s, const Eigen::Vector3d& aside) const;
   /// Turn on the spot from rest by `turn_rad` (may exceed a full turn: the radial scan) at no more than `rate_radps`.
   Trajectory rotate(double depart_s, const Eigen::Vector3d& position_m, double yaw_rad, double turn_rad,
                     double rate_radps) const;
@@ -55,6 +59,7 @@ class TrajectoryBuilder {
   std::optional<Trajectory> quickest_safe(const FreeSpace& space, const TrajectoryRequest& request,
                                           const SafetyCheck& check, const Eigen::Vector3d& goal_m,
                                           std::vector<Ride> rides) const;
+  Trajectory without_turning_on(const Trajectory& flying, double depart_s, Ride ride) const;
 
   MotionLimits limits_;
   SafetyCheck check_;

@@ -210,6 +210,76 @@ TEST_CASE("UAVs keep their distance in a small building and share the work") {
   CHECK(static_cast<double>(fleet.stats().plan_ms.size()) <= 4.0 * fleet.time_s());
 }
 
+TEST_CASE("a UAV gives way to what comes into sight too late to brake before it") {
+  // From end to end of a hall, until a sill appears a little in its way.
+  struct ToAndFro final : coverage3d::CoverageStrategy {
+    std::string_view name() const override { return "to and fro"; }
+    planning3d::MotionRule motion_rule() const override { return planning3d::MotionRule::volume(); }
+    coverage3d::Assignment assign(const planning3d::FreeSpace&, const coverage3d::AssignmentRequest& r) override {
+      coverage3d::Assignment assignment{{std::nullopt}, 1, 0};
+      if (!r.uavs[0].wants_goal || r.uavs[0].velocity_mps.norm() > 0.1) return assignment;  // no other way at once
+      const double x_m = r.uavs[0].position_m.x() < 3.0 ? 5.4 : 0.6;
+      coverage3d::Goal& goal = assignment.goals[0].emplace();
+      goal.position_m = goal.target_m = {x_m, 1.0, 1.25};
+      goal.gain_m3 = 10.0;
+      return assignment;
+    }
+    bool still_useful(const planning3d::FreeSpace&, const coverage3d::Goal&) override { return true; }
+    void report_failure(const coverage3d::Goal&, double) override {}
+    std::string save_state() const override { return {}; }
+    void load_state(const std::string&) override {}
+  };
+  auto config = test::toy_config();
+  config.task_box = {{0.0, 0.0, 0.0}, {6.0, 2.0, 2.4}};
+  config.sensor.kind = SensorKind::kLidar;
+  config.sensor.azimuth_fov_rad = 2.0 * kPi;
+  config.sensor.elevation_lo_rad = rad_from_deg(-60.0);
+  config.sensor.elevation_hi_rad = rad_from_deg(60.0);
+  config.sensor.max_range_m = 12.0;
+  config.sensor.rays_azimuth = 720;
+  config.sensor.rays_elevation = 121;
+  config.time_limit_s = 30.0;
+  config.own_coverage = [](const coverage3d::CoverageConfig&) { return std::make_unique<ToAndFro>(); };
+  sim3d::TriangleMesh hall;
+  test::add_box(hall, {-0.15F, -0.15F, -0.15F}, {6.15F, 2.15F, 0.0F});
+  test::add_box(hall, {-0.15F, -0.15F, 2.4F}, {6.15F, 2.15F, 2.55F});
+  test::add_box(hall, {-0.15F, -0.15F, 0.0F}, {0.0F, 2.15F, 2.4F});
+  test::add_box(hall, {6.0F, -0.15F, 0.0F}, {6.15F, 2.15F, 2.4F});
+  test::add_box(hall, {0.0F, -0.15F, 0.0F}, {6.0F, 0.0F, 2.4F});
+  test::add_box(hall, {0.0F, 2.0F, 0.0F}, {6.0F, 2.15F, 2.4F});
+  const Aabb sill{{3.6, 0.0, 0.0}, {4.6, 2.0, 1.09}};
+  sim3d::TriangleMesh with_sill = hall;
+  test::add_box(with_sill, sill.min_m.cast<float>(), sill.max_m.cast<float>());
+  ToySimulation before(hall, config, {{0.6, 1.0, 1.25}});
+  ToySimulation after(with_sill, config, {{0.6, 1.0, 1.25}});
+  struct LateSensor final : DepthSource {
+    LateSensor(DepthSource& without, DepthSource& with, const Vehicle& flown)
+        : first(without), then(with), uav(flown) {}
+    const SensorModel& model() const override { return first.model(); }
+    Scan capture(const Pose& T_world_sensor, double time_s) override {
+      late = late || (time_s > 6.0 && uav.state().velocity_mps.x() > 0.5 && uav.state().position_m.x() > 2.7);
+      return late ? then.capture(T_world_sensor, time_s) : first.capture(T_world_sensor, time_s);
+    }
+    DepthSource& first;
+    DepthSource& then;
+    const Vehicle& uav;
+    bool late = false;
+  } sensor(*before.sensors[0], *after.sensors[0], *before.vehicles[0]);
+  RecordingLog log;
+  Fleet fleet(config, {{&sensor, before.vehicles[0].get()}}, log, no_clock);
+  double clearance_m = std::numeric_limits<double>::infinity();
+  while (fleet.step() && log.events["emergency_stop"] == 0) {
+  }
+  REQUIRE(sensor.late);
+  REQUIRE(log.events["emergency_stop"] == 1);
+  for (int tick = 0; tick < 20; ++tick) {
+    const Eigen::Vector3d at_m = fleet.uav_state(0).position_m;
+    clearance_m = std::min(clearance_m, (at_m.cwiseMax(sill.min_m).cwiseMin(sill.max_m) - at_m).norm());
+    fleet.step();
+  }
+  CHECK(clearance_m >= config.robot.radius_m);
+}
+
 TEST_CASE("UAVs that have come nearer to each other than they may part and explore on") {
   auto config = test::toy_config();
   config.time_limit_s = 120.0;

@@ -4,6 +4,7 @@
 #include "planning3d/planner.hpp"
 #include "test_world.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -46,6 +47,9 @@ double bang_bang_s(double length_m, double speed_mps, double acceleration) {
 
 TEST_CASE("trajectories keep to limits, space and the motion under way", "[trajectory]") {
   Rng rng = make_rng(7, "trajectories");
+  Rng sides = make_rng(7, "sides");
+  double aside_part = 0.0;  // of the way that braking takes
+  int gave_way = 0;
   const auto planner = make_planner("astar");
   int built = 0;
   int refused = 0;
@@ -106,12 +110,25 @@ TEST_CASE("trajectories keep to limits, space and the motion under way", "[traje
       const double rate = std::abs(trajectory->sample(brake_s).yaw_rate_radps);
       CHECK(stop.end_time_s() - brake_s <=
             std::max(2.5 * speed_mps / limits.acceleration_mps2, 1.1 * rate / limits.yaw_acceleration_radps2) + 0.1);
+      if (speed_mps > 0.2) {
+        const Eigen::Vector3d course = trajectory->sample(brake_s).velocity_mps / speed_mps;
+        const Eigen::Vector3d aside =
+            course.cross(Eigen::Vector3d(sides.normal(), sides.normal(), sides.normal())).normalized();
+        const Trajectory gives_way = builder.brake_aside(*trajectory, brake_s, aside);
+        check_join(*trajectory, gives_way, brake_s);
+        CHECK(checkers::motion_problem(gives_way, limits) == "");
+        const double way_m = speed_mps * speed_mps / (2.0 * limits.acceleration_mps2);
+        aside_part += (gives_way.states().back().position_m - stop.states().back().position_m).dot(aside) / way_m;
+        ++gave_way;
+      }
       flying = *trajectory;
       now_s = rng.uniform(now_s, flying.end_time_s() + 0.5);
     }
   }
   CHECK(built >= 80);
   CHECK(moving >= 40);
+  CHECK(gave_way >= 20);
+  CHECK(aside_part / gave_way > 0.15);
   CHECK(refused <= built / 50);
   WARN("built " << built << ", refused " << refused << ", moving " << moving << ", mean build "
                 << build_ms / (built + refused) << " ms, worst " << worst_ms << " ms");
