@@ -33,6 +33,7 @@ constexpr int kRest = 2;
 constexpr double kTakenAlong_s = 0.7;        // ... unless they are this near, ...
 constexpr double kTakenAlongInSlab_s = 1.5;  // ... or this near where every last one counts
 constexpr double kLeftBehind_s = 6.0;        // likewise, what is within this and would be farther away later
+constexpr double kOtherWork = 0.5;           // ... or nearer than this part of the way to what others get at sooner
 constexpr int kSlabPatience = 2;             // failures of a goal more than else, where every last one counts
 constexpr double kSamePlace_m = 0.4;         // margin around a cluster within which a goal's target belongs to it
 constexpr std::ptrdiff_t kMostRepeats = 3;
@@ -224,7 +225,10 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
       later.emplace_back(now_s, &stop);
     }
   }
-  if (!finish_) return first;
+  if (!finish_) {
+    if (config_.sensor.panoramic()) add_for_others(crew, later, first);
+    return first;
+  }
   // Where every last one counts, what nothing that comes first leads nearer to is not left behind.
   const std::size_t leading = first.size();
   for (const auto& entry : later) {
@@ -237,6 +241,35 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
     if (soonest < kLeftBehind_s && !led_to) first.push_back(*stop);
   }
   return first;
+}
+
+/// A UAV that is the soonest at none of what comes first, and far from it, does not follow the others: it gets on with
+/// what else it is the soonest at. A camera had better help them, for it sees much less of a room on its way.
+void FrontierStrategy::add_for_others(const Crew& crew, const std::vector<std::pair<double, const Stop*>>& later,
+                                      std::vector<Stop>& first) const {
+  const std::size_t uavs = crew.uavs.size();
+  const auto there_s = [&](std::size_t k, const Stop& stop) { return crew.ready_s[k] + start_s(crew, k, stop.pose()); };
+  std::vector<double> least_s(uavs, std::numeric_limits<double>::infinity());
+  std::vector<bool> leads(uavs, false);
+  for (const Stop& stop : first) {
+    std::size_t soonest = 0;
+    double soonest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < uavs; ++k) {
+      const double time_s = there_s(k, stop);
+      least_s[k] = std::min(least_s[k], time_s);
+      if (time_s >= soonest_s) continue;
+      soonest_s = time_s;
+      soonest = k;
+    }
+    leads[soonest] = true;
+  }
+  for (const auto& [soonest_s, stop] : later) {
+    for (std::size_t k = 0; k < uavs; ++k) {
+      if (leads[k] || soonest_s >= kOtherWork * least_s[k] || there_s(k, *stop) > soonest_s) continue;
+      first.push_back(*stop);
+      break;
+    }
+  }
 }
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::unclaimed(const AssignmentRequest& request,

@@ -88,6 +88,8 @@ class FrontierStrategy : public CoverageStrategy {
   /// What a UAV under way will see is not for the others, unless nothing else is left.
   static std::vector<Stop> unclaimed(const AssignmentRequest& request, const std::vector<Stop>& stops);
   std::vector<Stop> first_of_all(const Crew& crew, const std::vector<Stop>& stops) const;
+  void add_for_others(const Crew& crew, const std::vector<std::pair<double, const Stop*>>& later,
+                      std::vector<Stop>& first) const;
   /// So many for each UAV.
   std::vector<Stop> nearest_of(const Crew& crew, const std::vector<Stop>& stops, std::size_t per_uav) const;
   std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,

@@ -136,6 +136,38 @@ TEST_CASE("every UAV of a fleet is offered what is near it, however much there i
   }
 }
 
+TEST_CASE("a UAV that sees all round does small work near it while the others get at the large work sooner") {
+  // A hall with a dark end, and a dark niche in the wall at the other end.
+  toy::World world({{0, 0, 0}, {40, 6, 3}}, 0.2);
+  world.fill({{0, 4, 0}, {36, 6, 3}}, true);
+  world.fill({{2, 4, 1.2}, {2.6, 6, 1.8}}, false);
+  mapping::OccupancyMap map(world.grid());
+  for (std::size_t i = 0; i < world.grid().voxel_count(); ++i) {
+    const VoxelIndex v = world.grid().voxel(i);
+    const Eigen::Vector3d at_m = world.grid().center_of(v);
+    if (at_m.y() < 4.4 && at_m.x() < 36.0) map.set_log_odds(v, world.occupied(v) ? 1.0F : -1.0F);
+  }
+  mapping::DistanceField distance(world.grid(), 1.0, mapping::Obstacles::kBlocked);
+  distance.update(map);
+  const CoverageConfig config = toy::config_for(world, toy::lidar());
+  const planning3d::FreeSpace space{map, distance, config.robot, config.box};
+  const auto goal_x_m = [&](const std::vector<double>& at_x_m) {
+    AssignmentRequest request;
+    for (const double x_m : at_x_m) {
+      UavView& uav = request.uavs.emplace_back();
+      uav.position_m = {x_m, 2.1, 1.5};
+      uav.wants_goal = true;
+    }
+    const auto strategy = make_strategy("frontiers", config);
+    Assignment assignment;
+    for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+    return assignment.goals.front() ? assignment.goals.front()->position_m.x() : 40.0;  // waits
+  };
+  CHECK(goal_x_m({4.0, 33.0}) < 10.0);
+  CHECK(goal_x_m({4.0}) > 25.0);         // alone it has the large work to do
+  CHECK(goal_x_m({24.0, 33.0}) > 25.0);  // and what is nothing nearer can wait
+}
+
 TEST_CASE("in slice mode goals lie at the layers given") {
   for (const std::string_view name : strategy_names()) {
     HalfSeen scene(true);
