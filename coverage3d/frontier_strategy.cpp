@@ -34,6 +34,7 @@ constexpr double kTakenAlong_s = 0.7;        // ... unless they are this near, .
 constexpr double kTakenAlongInSlab_s = 1.5;  // ... or this near where every last one counts
 constexpr double kLeftBehind_s = 6.0;        // likewise, what is within this and would be farther away later
 constexpr double kOtherWork = 0.5;           // ... or nearer than this part of the way to what others get at sooner
+constexpr std::size_t kFewStops = 2;         // a UAV of what comes first; where there are more, all work there
 constexpr int kSlabPatience = 2;             // failures of a goal more than else, where every last one counts
 constexpr double kSamePlace_m = 0.4;         // margin around a cluster within which a goal's target belongs to it
 constexpr std::ptrdiff_t kMostRepeats = 3;
@@ -226,7 +227,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::first_of_all(const Crew& c
     }
   }
   if (!finish_) {
-    if (config_.sensor.panoramic()) add_for_others(crew, later, first);
+    if (config_.sensor.panoramic() && first.size() < kFewStops * crew.uavs.size()) add_for_others(crew, later, first);
     return first;
   }
   // Where every last one counts, what nothing that comes first leads nearer to is not left behind.

@@ -245,18 +245,29 @@ Trajectory Pilot::brake_clear(const FreeSpace& space, const Uav& uav, const std:
   if (side.norm() < 1e-3 * velocity_mps.norm()) side = Eigen::Vector3d::UnitX();  // straight up or down
   side.normalize();
   const Eigen::Vector3d up = side.cross(velocity_mps).normalized();
-  std::optional<Trajectory> best;
-  double most_m = -std::numeric_limits<double>::infinity();
+  const auto room_m = [&](const Trajectory& motion) {  // the least that is left from half-way on
+    const double half_s = 0.5 * (motion.end_time_s() - depart_s);
+    double least_m = std::numeric_limits<double>::infinity();
+    for (double part = 0.0; part <= 1.0; part += 0.125)
+      least_m = std::min(least_m, space.room_m(motion.sample(depart_s + (1.0 + part) * half_s).position_m));
+    return least_m;
+  };
+  Trajectory best = straight;
+  bool best_is_safe = false;
+  double most_m = room_m(straight);
   for (int eighth = 0; eighth < kSides; eighth += level ? kSides / 2 : 1) {
     const double angle_rad = 2.0 * kPi * eighth / kSides;
     Trajectory aside =
         builder_.brake_aside(uav.commanded(), depart_s, std::cos(angle_rad) * side + std::sin(angle_rad) * up);
-    const double room_m = space.room_m(aside.states().back().position_m);
-    if (room_m <= most_m || !is_safe(space, aside, depart_s) || !meets(aside, fellows, depart_s).safe()) continue;
-    most_m = room_m;
+    if (!meets(aside, fellows, depart_s).safe()) continue;
+    const bool safe = is_safe(space, aside, depart_s);
+    const double left_m = room_m(aside);
+    if (safe == best_is_safe ? left_m <= most_m : best_is_safe) continue;
+    best_is_safe = safe;
+    most_m = left_m;
     best = std::move(aside);
   }
-  return best ? std::move(*best) : straight;
+  return best;
 }
 
 bool Pilot::is_safe(const FreeSpace& space, const Trajectory& motion, double from_s) const {

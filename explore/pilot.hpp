@@ -63,8 +63,8 @@ class Pilot {
                                      bool checked) const;
   Trajectory rotate(const Uav& uav, double turn_rad, double depart_s) const;
   Trajectory brake(const Uav& uav, double depart_s) const;
-  /// Brakes and, where that alone is too late, gives way to the side that has most room, if any has enough: for what
-  /// comes into sight late. @param level  to the sides only, not up or down
+  /// Brakes and, where that alone is too late, gives way to the side that has most room: for what comes into sight
+  /// late. @param level  left or right only, not up or down
   Trajectory brake_clear(const planning3d::FreeSpace& space, const Uav& uav, const std::vector<const Uav*>& fellows,
                          bool level, double depart_s) const;
   bool is_safe(const planning3d::FreeSpace& space, const Trajectory& motion, double from_s) const;
