@@ -126,10 +126,10 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   lattice_.update(space, rule);
   if (!far.empty()) regions_->update(lattice_, request.workers);
   mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
-    costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
+    const std::size_t k = near[i];
+    costs_[k].compute(space, crew.start_m[k], rule, limit_m, &lattice_);
+    if (std::find(far.begin(), far.end(), k) != far.end()) costs_[k].estimate_beyond(*regions_);
   });
-  mapping::for_each_index(request.workers, far.size(),
-                          [&](std::size_t i) { costs_[far[i]].estimate_beyond(*regions_); });
 }
 
 bool FrontierStrategy::reachable(const VoxelIndex& v) const {

@@ -275,24 +275,31 @@ void RegionGraph::lengths_from(std::uint32_t part, std::vector<float>& lengths, 
       if (lengths[from] != length) continue;  // lowered since
       const std::size_t block = from < blocks ? from : from % blocks;
       // A part that also touches the one before was reached from there already, and by no longer way.
-      std::uint32_t worth = links_[from].any;
+      const Links links = links_[from];
+      std::uint32_t worth = links.any;
       const std::size_t step = steps[from];
       if (step != kSelf) {
         const std::size_t before = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) - beside[step]);
         if (counts_[before] == 1) worth &= ~seen_from(links_[before].only, step);
       }
-      for (; worth != 0; worth &= worth - 1) {
-        const auto m = static_cast<std::size_t>(std::countr_zero(worth));
-        const Beside& move = kBeside[m];
-        const auto next = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + beside[m]);
-        const float through = length + move.length;
-        if (counts_[next] == 1) {
-          lower(next, through, m);
-          continue;
+      const auto beside_at = [&](std::size_t m) {
+        return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(block) + beside[m]);
+      };
+      for (std::uint32_t alone = worth & links.only; alone != 0; alone &= alone - 1) {
+        const auto m = static_cast<std::size_t>(std::countr_zero(alone));
+        lower(beside_at(m), length + kBeside[m].length, m);
+      }
+      for (std::uint32_t several = worth & ~links.only; several != 0; several &= several - 1) {
+        const auto m = static_cast<std::size_t>(std::countr_zero(several));
+        const std::size_t next = beside_at(m);
+        const float through = length + kBeside[m].length;
+        std::uint64_t cells = 0;  // looked up when needed: most parts there are near already
+        for (std::size_t i = 0; i < counts_[next]; ++i) {
+          const std::size_t to = number(next, i);
+          if (through >= lengths[to]) continue;
+          if (cells == 0) cells = touched(parts_[block][from / blocks], {kBeside[m].x, kBeside[m].y, kBeside[m].z});
+          if ((parts_[next][i] & cells) != 0) lower(to, through, m);
         }
-        const std::uint64_t cells = touched(parts_[block][from / blocks], {move.x, move.y, move.z});
-        for (std::size_t i = 0; i < counts_[next]; ++i)
-          if ((parts_[next][i] & cells) != 0) lower(number(next, i), through, m);
       }
     }
     bucket.clear();
