@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -160,10 +161,15 @@ class FrontierStrategy : public CoverageStrategy {
   struct CostSource {
     Eigen::Vector3d start_m;
     double time_s;
-    Eigen::Vector3d far_start_m;  ///< of the lengths beyond the limit
-    double far_time_s;
   };
   std::vector<CostSource> cost_sources_;
+  /// Lengths of long ways in a large world, for sources near one place.
+  struct FarWays {
+    Eigen::Vector3d start_m;
+    double time_s;
+    std::shared_ptr<const std::vector<float>> lengths;
+  };
+  std::vector<FarWays> far_ways_;  ///< the oldest first
   std::deque<GivenGoal> given_;
   std::optional<double> start_height_m_;
   std::size_t pending_ = 0;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace stairwell::planning3d {
 
@@ -183,19 +184,27 @@ void TravelCosts::compute(const FreeSpace& space, const Eigen::Vector3d& source_
   }
 }
 
-void TravelCosts::estimate_beyond(const RegionGraph& graph) {
+std::shared_ptr<const std::vector<float>> TravelCosts::estimate_beyond(
+    const RegionGraph& graph, std::shared_ptr<const std::vector<float>> lengths) {
   graph_ = nullptr;
-  if (cost_.empty()) return;
+  lengths_ = nullptr;
+  if (cost_.empty()) return nullptr;
   const std::uint32_t part = graph.part_of(source_);
-  if (part == RegionGraph::kNone) return;
+  if (part == RegionGraph::kNone) return nullptr;
+  if (lengths == nullptr) {
+    auto found = std::make_shared<std::vector<float>>();
+    graph.lengths_from(part, *found);
+    lengths = std::move(found);
+  }
   graph_ = &graph;
-  graph.lengths_from(part, lengths_);
+  lengths_ = std::move(lengths);
+  return lengths_;
 }
 
 float TravelCosts::beyond_m(const VoxelIndex& v) const {
   const std::uint32_t part = graph_->part_of(v);
-  if (part >= lengths_.size()) return kUnreachable;  // impassable, or come since
-  return std::max(lengths_[part] * static_cast<float>(cell_m()), static_cast<float>(limit_m_));
+  if (part >= lengths_->size()) return kUnreachable;  // impassable, or come since
+  return std::max((*lengths_)[part] * static_cast<float>(cell_m()), static_cast<float>(limit_m_));
 }
 
 float TravelCosts::distance_m(const VoxelIndex& v) const {

@@ -33,7 +33,10 @@ class TravelCosts {
   /// From now on, until computed without a limit: beyond it about the length of the way from the present source, by
   /// the graph's steps, and never less than the limit. To be called again when the source is elsewhere or the graph has
   /// changed much. @param graph  of the same lattice, volume rule; it is referred to
-  void estimate_beyond(const RegionGraph& graph);
+  /// @param lengths  what a call for a source nearby has returned: not much off here either. Null: they are looked for
+  /// @return the lengths from here or nearby; null where the source is closed in
+  std::shared_ptr<const std::vector<float>> estimate_beyond(const RegionGraph& graph,
+                                                            std::shared_ptr<const std::vector<float>> lengths = {});
 
   /// Edge of a cell. @pre computed
   double cell_m() const { return frame_.cell_voxels * frame_.grid.resolution_m(); }
@@ -80,7 +83,7 @@ class TravelCosts {
   std::vector<std::uint32_t> buckets_[3];
   std::unique_ptr<Steps> steps_;
   const RegionGraph* graph_ = nullptr;
-  std::vector<float> lengths_;  ///< by part of the graph
+  std::shared_ptr<const std::vector<float>> lengths_;  ///< by part of the graph
   double limit_m_ = std::numeric_limits<double>::infinity();
 };
 
