@@ -100,6 +100,10 @@ void Fleet::Impl::decide_together(Belief& belief) {
   if (!wanting.empty()) assign_goals(belief, wanting);
 }
 
+bool Fleet::Impl::braking(const Uav& uav) const {
+  return uav.phase == Phase::kFindGoal && !uav.lost_s && !uav.at_rest(now_s());
+}
+
 bool Fleet::Impl::guarded(const Uav& uav) const {
   const bool flies = uav.phase == Phase::kTravel || uav.phase == Phase::kReturn;
   return flies && !uav.lost_s && !uav.at_rest(now_s());
@@ -109,13 +113,18 @@ bool Fleet::Impl::guarded(const Uav& uav) const {
 void Fleet::Impl::guard() {
   std::vector<planning3d::SafetyReport> reports(uavs.size());
   mapping::for_each_index(pool.get(), uavs.size(), [&](std::size_t i) {
-    if (guarded(uavs[i])) reports[i] = pilot.still_safe(uavs[i].belief->space(), uavs[i], now_s());
+    const Uav& uav = uavs[i];
+    if (guarded(uav) || braking(uav)) reports[i] = pilot.still_safe(uav.belief->space(), uav, now_s());
   });
   std::vector<bool> stopped(uavs.size(), false);
   for (Uav& uav : uavs) {
-    if (!guarded(uav) || reports[uav.id].safe()) continue;
+    if (reports[uav.id].safe()) continue;
     const bool level = uav.belief->strategy->motion_rule().kind == planning3d::MotionRule::Kind::kSlice;
     const Trajectory stop = pilot.brake_clear(uav.belief->space(), uav, fellows_of(uav), level, now_s());
+    if (braking(uav)) {  // it stops already: more of what is in the way came into sight
+      command(uav, stop);
+      continue;
+    }
     stop_at_once(uav, stop, reports[uav.id].verdict);
     stopped[uav.id] = true;
   }

@@ -49,6 +49,7 @@ struct Fleet::Impl {
   void decide_together(Belief& belief);
   void guard();
   bool guarded(const Uav& uav) const;
+  bool braking(const Uav& uav) const;
   bool mind_fellows(Uav& uav);
   void stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict);
   void advance_phase(Uav& uav);

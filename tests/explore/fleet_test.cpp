@@ -248,29 +248,33 @@ TEST_CASE("a UAV gives way to what comes into sight too late to brake before it"
   test::add_box(hall, {0.0F, -0.15F, 0.0F}, {6.0F, 0.0F, 2.4F});
   test::add_box(hall, {0.0F, 2.0F, 0.0F}, {6.0F, 2.15F, 2.4F});
   const Aabb sill{{3.6, 0.0, 0.0}, {4.6, 2.0, 1.09}};
+  const bool bit_by_bit = GENERATE(false, true);  // its far end first
+  sim3d::TriangleMesh with_end = hall;
+  test::add_box(with_end, {4.4F, 0.0F, 0.0F}, sill.max_m.cast<float>());
   sim3d::TriangleMesh with_sill = hall;
   test::add_box(with_sill, sill.min_m.cast<float>(), sill.max_m.cast<float>());
-  ToySimulation before(hall, config, {{0.6, 1.0, 1.25}});
-  ToySimulation after(with_sill, config, {{0.6, 1.0, 1.25}});
+  const Eigen::Vector3d start_m(0.6, 1.0, 1.25);
+  ToySimulation before(hall, config, {start_m});
+  ToySimulation at_first(bit_by_bit ? with_end : with_sill, config, {start_m});
+  ToySimulation after(with_sill, config, {start_m});
   struct LateSensor final : DepthSource {
-    LateSensor(DepthSource& without, DepthSource& with, const Vehicle& flown)
-        : first(without), then(with), uav(flown) {}
-    const SensorModel& model() const override { return first.model(); }
+    LateSensor(const std::vector<DepthSource*>& all, const Vehicle& flown) : sensors(all), uav(flown) {}
+    const SensorModel& model() const override { return sensors[0]->model(); }
     Scan capture(const Pose& T_world_sensor, double time_s) override {
-      late = late || (time_s > 6.0 && uav.state().velocity_mps.x() > 0.5 && uav.state().position_m.x() > 2.7);
-      return late ? then.capture(T_world_sensor, time_s) : first.capture(T_world_sensor, time_s);
+      const bool near = time_s > 6.0 && uav.state().velocity_mps.x() > 0.5 && uav.state().position_m.x() > 2.7;
+      if (stage > 0 || near) stage = std::min(stage + 1, 2);
+      return sensors[static_cast<std::size_t>(stage)]->capture(T_world_sensor, time_s);
     }
-    DepthSource& first;
-    DepthSource& then;
+    std::vector<DepthSource*> sensors;
     const Vehicle& uav;
-    bool late = false;
-  } sensor(*before.sensors[0], *after.sensors[0], *before.vehicles[0]);
+    int stage = 0;
+  } sensor({before.sensors[0].get(), at_first.sensors[0].get(), after.sensors[0].get()}, *before.vehicles[0]);
   RecordingLog log;
   Fleet fleet(config, {{&sensor, before.vehicles[0].get()}}, log, no_clock);
   double clearance_m = std::numeric_limits<double>::infinity();
   while (fleet.step() && log.events["emergency_stop"] == 0) {
   }
-  REQUIRE(sensor.late);
+  REQUIRE(sensor.stage > 0);
   REQUIRE(log.events["emergency_stop"] == 1);
   for (int tick = 0; tick < 20; ++tick) {
     const Eigen::Vector3d at_m = fleet.uav_state(0).position_m;
