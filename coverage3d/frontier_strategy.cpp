@@ -129,7 +129,7 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   // kept.
   std::erase_if(far_ways_, [&](const FarWays& ways) { return request.time_s - ways.time_s >= kFarKept_s; });
   std::vector<FarWays> far(near.size());
-  bool all_known = true;
+  std::vector<bool> known(near.size());
   for (std::size_t i = 0; i < near.size(); ++i) {
     const Eigen::Vector3d& start_m = crew.start_m[near[i]];
     far[i] = {start_m, request.time_s, nullptr};
@@ -140,11 +140,9 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
       least_m = off_m;
       far[i].lengths = ways.lengths;
     }
-    all_known = all_known && far[i].lengths != nullptr;
+    known[i] = far[i].lengths != nullptr;
   }
-  if (!all_known) regions_->update(lattice_, request.workers);
-  std::vector<bool> known(near.size());
-  for (std::size_t i = 0; i < near.size(); ++i) known[i] = far[i].lengths != nullptr;
+  if (std::find(known.begin(), known.end(), false) != known.end()) regions_->update(lattice_, request.workers);
   mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
     costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
     far[i].lengths = costs_[near[i]].estimate_beyond(*regions_, std::move(far[i].lengths));

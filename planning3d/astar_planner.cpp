@@ -112,12 +112,12 @@ PlanStatus AstarPlanner::search(Search& search) {
 /// Once more, from the beginning and by what is left of the request's expansions.
 PlanStatus AstarPlanner::search_led(Search& search) {
   lattice_.update(search.space, search.request.rule);
-  const bool changed = regions_.update(lattice_);
+  if (regions_.update(lattice_)) led_.goal = RegionGraph::kNone;  // its lengths are those of before
   const std::uint32_t goal = regions_.part_of(search.ends.goal);
   if (goal == RegionGraph::kNone) return PlanStatus::kTimedOut;
   const std::uint32_t start = regions_.part_of(search.ends.start);
   // Mostly for the same request once more, round fellows.
-  if (changed || goal != led_.goal || start != led_.start) regions_.lengths_from(goal, led_.lengths, start);
+  if (goal != led_.goal || start != led_.start) regions_.lengths_from(goal, led_.lengths, start);
   led_.goal = goal;
   led_.start = start;
   if (start != RegionGraph::kNone && led_.lengths[start] == RegionGraph::kUnreachable) return PlanStatus::kNoPath;

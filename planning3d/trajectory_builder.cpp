@@ -18,8 +18,6 @@ namespace {
 
 // Asked for first, in voxels: rays that graze a surface within a voxel make it free, usually those that leave out half
 // of it (an edge or a plane in its middle). Where that much does not fit, less, then none.
-constexpr double kBrakingAlong = 0.9;  // of the acceleration, when the rest is spent on giving way: ...
-constexpr double kBrakingAside[] = {0.35, 0.25, 0.15};  // ... as much as the limits allow
 constexpr double kSpares_voxels[] = {0.5, 0.3};
 constexpr double kYawShare = 0.98;
 constexpr double kBandSpare_m = 0.02;  // around control points: between them corners come nearer
@@ -35,6 +33,8 @@ constexpr LimitShares kFirm{0.995, 0.985, 0.97};  // when the motion under way l
 // two states.
 constexpr LimitShares kBraking{0.98, 0.95, 0.85};
 constexpr double kBrakingAccelerations[] = {0.95, 0.88, 0.75, 0.5};
+constexpr double kBrakingAlong = 0.9;  // of the acceleration, when the rest is spent on giving way: ...
+constexpr double kBrakingAside[] = {0.35, 0.25, 0.15};  // ... as much as the limits allow
 
 using Path = std::vector<Eigen::Vector3d>;
 using Ride = TrajectoryBuilder::Ride;

@@ -35,8 +35,8 @@ class TrajectoryBuilder {
   /// Brakes on the curve being flown as hard as the limits allow, for emergencies: without regard to the limit of jerk.
   /// Starts at `depart_s`.
   Trajectory brake(const Trajectory& flying, double depart_s) const;
-  /// Brakes a little less hard and gives way to one side meanwhile: by a tenth to a fifth of the way that braking
-  /// takes.
+  /// Brakes a little less hard and gives way to one side meanwhile, by up to a quarter of the way that braking takes;
+  /// just brakes where the limits do not allow both.
   /// @param aside  unit vector across the present course
   Trajectory brake_aside(const Trajectory& flying, double depart_s, const Eigen::Vector3d& aside) const;
   /// Turn on the spot from rest by `turn_rad` (may exceed a full turn: the radial scan) at no more than `rate_radps`.
