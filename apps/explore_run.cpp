@@ -34,7 +34,7 @@ using explore::StopReason;
 namespace {
 
 /// A checkpoint may take at most this share of the wall time.
-constexpr double kCheckpointShare = 0.02;
+constexpr double kCheckpointShare = 0.01;
 
 double clock_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 

@@ -130,10 +130,11 @@ void ReplayRecorder::on_trajectory(double time_s, std::size_t uav, const Traject
   put(ReplayRecord::kPlan, payload);
 }
 
-void ReplayRecorder::record(double time_s, double tick_s, const mapping::OccupancyMap& map) {
+void ReplayRecorder::record(double time_s, double tick_s, const mapping::OccupancyMap& map,
+                            mapping::WorkerPool* workers) {
   time_s_ = time_s;
   if (due(time_s, tick_s, kVoxelPeriod_s)) write_voxels();
-  if (due(time_s, tick_s, kFrontierPeriod_s) || !frontier_written_) write_frontiers(map);
+  if (due(time_s, tick_s, kFrontierPeriod_s) || !frontier_written_) write_frontiers(map, workers);
 }
 
 /// A voxel that changed and changed back within the period did not change.
@@ -166,8 +167,8 @@ void ReplayRecorder::write_voxels() {
   put(ReplayRecord::kKnown, payload);
 }
 
-void ReplayRecorder::write_frontiers(const mapping::OccupancyMap& map) {
-  const coverage3d::FrontierCells::Changes changes = frontier_.update(map);
+void ReplayRecorder::write_frontiers(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
+  const coverage3d::FrontierCells::Changes changes = frontier_.update(map, workers);
   const auto sorted = [this](const std::vector<VoxelIndex>& cells) {
     std::vector<std::uint64_t> numbers;
     numbers.reserve(cells.size());
@@ -236,7 +237,7 @@ void ReplayRecorder::write_storeys(const mapping::OccupancyMap& map) {
 void ReplayRecorder::publish(const mapping::OccupancyMap& map,
                              const std::function<ExpectedOccupancy(const VoxelIndex&)>& expected) {
   write_voxels();
-  write_frontiers(map);
+  write_frontiers(map, nullptr);
   write_difference(map, expected);
   write_open_sides(map);
   write_storeys(map);

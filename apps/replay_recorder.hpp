@@ -35,7 +35,9 @@ class ReplayRecorder {
   void on_scan(std::size_t uav, const mapping::OccupancyMap& map);
   void on_trajectory(double time_s, std::size_t uav, const Trajectory& trajectory);
   /// After every tick.
-  void record(double time_s, double tick_s, const mapping::OccupancyMap& map);
+  /// @param workers  may be null
+  void record(double time_s, double tick_s, const mapping::OccupancyMap& map,
+              mapping::WorkerPool* workers = nullptr);
   /// Everything up to now, so that a run resumed from here loses nothing. @returns the file's length
   std::uint64_t flush();
   /// What only the end can tell, and the file gets its name. A run that is resumed drops this part again.
@@ -53,7 +55,7 @@ class ReplayRecorder {
   void put(ReplayRecord kind, std::string_view payload);
   bool occupied(std::uint64_t cell) const { return occupied_[grid_.linear(cells_.voxel(cell))]; }
   void write_voxels();
-  void write_frontiers(const mapping::OccupancyMap& map);
+  void write_frontiers(const mapping::OccupancyMap& map, mapping::WorkerPool* workers);
   void write_difference(const mapping::OccupancyMap& map,
                         const std::function<mapping::ExpectedOccupancy(const VoxelIndex&)>& expected);
   void write_open_sides(const mapping::OccupancyMap& map);

@@ -77,7 +77,7 @@ void RunLog::record(const explore::Fleet& fleet, double coverage, double known_v
   if (due(fleet.time_s(), fleet.tick_s(), kStepsPeriod_s)) record_step(fleet, coverage, known_volume_m3);
   if (due(fleet.time_s(), fleet.tick_s(), kTrajectoriesPeriod_s)) record_trajectories(fleet);
   if (due(fleet.time_s(), fleet.tick_s(), kStepsPeriod_s)) record_timings(fleet);
-  replay_.record(fleet.time_s(), fleet.tick_s(), fleet.map());
+  replay_.record(fleet.time_s(), fleet.tick_s(), fleet.map(), fleet.workers());
 }
 
 void RunLog::record_step(const explore::Fleet& fleet, double coverage, double known_volume_m3) {

@@ -26,11 +26,11 @@ std::vector<FrontierStrategy::Stop> AgentStrategy::candidates(const planning3d::
   const auto is_first = [&](const Stop& stop) {
     return std::any_of(first.begin(), first.end(), [&](const Stop& one) { return one.cluster == stop.cluster; });
   };
-  std::vector<Stop> found = nearest_of(crew, first, kPressingPerUav);
+  std::vector<Stop> found = nearest_of(crew, first, kPressingPerUav, request.workers);
   std::vector<Stop> rest;
   for (const Stop& stop : open)
     if (!is_first(stop) && soonest_s(crew, stop.pose()) < kNear_s) rest.push_back(stop);
-  rest = nearest_of(crew, rest, kRestPerUav);
+  rest = nearest_of(crew, rest, kRestPerUav, request.workers);
   found.insert(found.end(), rest.begin(), rest.end());
   found = without_absorbed(space, crew, found);
   for (const Stop& stop : found) pressing.push_back(is_first(stop));

@@ -1,6 +1,7 @@
 #include "coverage3d/frontier_cells.hpp"
 
 #include "core/errors.hpp"
+#include "mapping/worker_pool.hpp"
 
 #include <bit>
 #include <cstddef>
@@ -41,20 +42,25 @@ FrontierCells::FrontierCells(const GridSpec& grid, const FrontierConfig& config)
   cells_.assign(count, 0);
 }
 
-FrontierCells::Changes FrontierCells::update(const mapping::OccupancyMap& map) {
+FrontierCells::Changes FrontierCells::update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers) {
   std::vector<mapping::VoxelBox> changed;
   map.for_each_block_changed_since(revision_, [&](const mapping::VoxelBox& block) { changed.push_back(block); });
   revision_ = map.revision();
+  const std::vector<VoxelIndex> blocks = blocks_to_examine(changed, box_);
+  std::vector<std::uint64_t> found(blocks.size());
+  mapping::for_each_index_in_parts(workers, blocks.size(), [&](std::size_t i) {
+    found[i] = cells_of(frontier_bits(map, box_, config_, blocks[i]));
+  });
   Changes changes;
-  for (const VoxelIndex& block : blocks_to_examine(changed, box_)) {
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const VoxelIndex& block = blocks[i];
     const std::size_t entry =
         (static_cast<std::size_t>(block.z) * static_cast<std::size_t>(blocks_[1]) + static_cast<std::size_t>(block.y)) *
             static_cast<std::size_t>(blocks_[0]) +
         static_cast<std::size_t>(block.x);
-    const std::uint64_t now = cells_of(frontier_bits(map, box_, config_, block));
-    append(block, now & ~cells_[entry], changes.added);
-    append(block, cells_[entry] & ~now, changes.removed);
-    cells_[entry] = now;
+    append(block, found[i] & ~cells_[entry], changes.added);
+    append(block, cells_[entry] & ~found[i], changes.removed);
+    cells_[entry] = found[i];
   }
   return changes;
 }

@@ -6,6 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::coverage3d {
 
 /// The frontier in cells of 2 x 2 x 2 voxels, for pictures: which cells hold a frontier voxel, and which began or
@@ -21,8 +25,8 @@ class FrontierCells {
   struct Changes {
     std::vector<VoxelIndex> added, removed;
   };
-  /// @pre map.grid() is the grid given
-  Changes update(const mapping::OccupancyMap& map);
+  /// @param workers  may be null @pre map.grid() is the grid given
+  Changes update(const mapping::OccupancyMap& map, mapping::WorkerPool* workers = nullptr);
 
  private:
   FrontierConfig config_;

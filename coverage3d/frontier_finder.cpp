@@ -48,14 +48,14 @@ FrontierFinder::FrontierFinder(const GridSpec& grid, const FrontierConfig& confi
 }
 
 void FrontierFinder::dissolve(std::uint32_t id, std::vector<std::uint32_t>& loose) {
-  const auto found = clusters_.find(id);
-  if (found == clusters_.end()) return;
-  for (const std::uint32_t patch : found->second.patches) {
+  const FrontierCluster* const cluster = clusters_.find(id);
+  if (cluster == nullptr) return;
+  for (const std::uint32_t patch : cluster->patches) {
     if (patches_[patch].cluster != id) continue;  // it is another one since
     patches_[patch].cluster = kLoose;
     loose.push_back(patch);
   }
-  clusters_.erase(found);
+  clusters_.erase(id);
 }
 
 std::vector<std::uint32_t> FrontierFinder::grow(std::uint32_t seed, std::vector<std::uint32_t>& loose) {
@@ -68,8 +68,8 @@ std::vector<std::uint32_t> FrontierFinder::grow(std::uint32_t seed, std::vector<
       const std::uint32_t cluster = patches_[patch].cluster;
       if (cluster == growing) continue;
       if (cluster != kLoose) {  // a crumb beside a cluster that is rebuilt anyway joins it
-        const auto neighbour = clusters_.find(cluster);
-        if (neighbour == clusters_.end() || neighbour->second.area_m2 > crumb_m2) continue;
+        const FrontierCluster* const neighbour = clusters_.find(cluster);
+        if (neighbour == nullptr || neighbour->area_m2 > crumb_m2) continue;
         dissolve(cluster, loose);
       }
       patches_[patch].cluster = growing;
@@ -80,8 +80,9 @@ std::vector<std::uint32_t> FrontierFinder::grow(std::uint32_t seed, std::vector<
 }
 
 void FrontierFinder::store(std::vector<std::uint32_t> patches) {
-  FrontierCluster cluster;
-  cluster.id = next_id_++;
+  const std::uint32_t new_id = next_id_++;
+  FrontierCluster& cluster = clusters_[new_id];
+  cluster.id = new_id;
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * grid_.resolution_m());
   for (const std::uint32_t id : patches) {
     FrontierPatch& patch = patches_[id];
@@ -97,7 +98,6 @@ void FrontierFinder::store(std::vector<std::uint32_t> patches) {
   cluster.area_m2 = voxels * grid_.resolution_m() * grid_.resolution_m();
   cluster.patches = std::move(patches);
   stored_.push_back(cluster.id);
-  clusters_.emplace(cluster.id, std::move(cluster));
 }
 
 void FrontierFinder::store_split(std::vector<std::uint32_t> patches) {
@@ -184,9 +184,8 @@ void FrontierFinder::update(const mapping::OccupancyMap& map, mapping::WorkerPoo
     if (patches_[seed].cluster == kLoose) store_split(grow(seed, loose));
   }
   mapping::for_each_index(workers, stored_.size(), [&](std::size_t i) {
-    const auto found = clusters_.find(stored_[i]);
-    if (found != clusters_.end() && worth_a_visit(found->second))
-      found->second.pocket_m3 = pocket_behind_m3(map, found->second);
+    FrontierCluster* const cluster = clusters_.find(stored_[i]);
+    if (cluster != nullptr && worth_a_visit(*cluster)) cluster->pocket_m3 = pocket_behind_m3(map, *cluster);
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/aabb.hpp"
 #include "core/grid_spec.hpp"
+#include "core/id_table.hpp"
 #include "coverage3d/frontier_patches.hpp"
 #include "coverage3d/frontier_voxels.hpp"
 #include "mapping/occupancy_map.hpp"
@@ -9,7 +10,6 @@
 #include <Eigen/Core>
 
 #include <cstdint>
-#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -48,7 +48,7 @@ class FrontierFinder {
   std::uint32_t cluster_at(const VoxelIndex& v) const { return inside(v) ? patches_.cluster_at(v) : kLoose; }
   std::size_t voxel_count() const { return patches_.voxel_count(); }
   /// All clusters by id, the ones too small for a visit too.
-  const std::map<std::uint32_t, FrontierCluster>& clusters() const { return clusters_; }
+  const IdTable<FrontierCluster>& clusters() const { return clusters_; }
   bool worth_a_visit(const FrontierCluster& cluster) const {
     return cluster.area_m2 >= config_.min_area_m2 - 1e-9 && static_cast<int>(cluster.cells.size()) >= config_.min_cells;
   }
@@ -78,7 +78,7 @@ class FrontierFinder {
   FrontierPatches patches_;
   std::uint64_t revision_ = 0;
   std::uint32_t next_id_ = 1;
-  std::map<std::uint32_t, FrontierCluster> clusters_;
+  IdTable<FrontierCluster> clusters_;
   std::vector<mapping::VoxelBox> changed_;
   std::vector<std::uint32_t> stored_;                                     ///< clusters of this update
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> beside_;  ///< of patches; during this update

@@ -308,16 +308,16 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::unclaimed(const Assignment
 }
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_of(const Crew& crew, const std::vector<Stop>& stops,
-                                                                 std::size_t per_uav) const {
-  std::vector<std::vector<std::pair<double, std::size_t>>> orders;
-  for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
-    auto& order = orders.emplace_back();
+                                                                 std::size_t per_uav,
+                                                                 mapping::WorkerPool* workers) const {
+  std::vector<std::vector<std::pair<double, std::size_t>>> orders(crew.uavs.size());
+  mapping::for_each_index(workers, orders.size(), [&](std::size_t k) {
     for (std::size_t i = 0; i < stops.size(); ++i) {
       const double time_s = start_s(crew, k, stops[i].pose());
-      if (std::isfinite(time_s)) order.emplace_back(time_s, i);
+      if (std::isfinite(time_s)) orders[k].emplace_back(time_s, i);
     }
-    std::sort(order.begin(), order.end());
-  }
+    std::sort(orders[k].begin(), orders[k].end());
+  });
   std::set<std::size_t> chosen;
   for (std::size_t rank = 0; rank < per_uav; ++rank) {  // in turns: the first UAVs shall not take all the room
     for (const auto& order : orders) {
@@ -351,7 +351,7 @@ std::vector<FrontierStrategy::Stop> FrontierStrategy::without_absorbed(const pla
 
 std::vector<FrontierStrategy::Stop> FrontierStrategy::nearest_stops(const AssignmentRequest& request, const Crew& crew,
                                                                     const std::vector<Stop>& stops) const {
-  return nearest_of(crew, first_of_all(crew, unclaimed(request, stops)), kStopsPerUav);
+  return nearest_of(crew, first_of_all(crew, unclaimed(request, stops)), kStopsPerUav, request.workers);
 }
 
 std::vector<std::vector<double>> FrontierStrategy::all_between_s(const planning3d::FreeSpace& space,
@@ -475,7 +475,7 @@ Assignment FrontierStrategy::assign(const planning3d::FreeSpace& space, const As
   const Crew crew = crew_of(request);
   compute_costs(space, request, crew);
   const ViewpointPlaces where = places(request);
-  book_.refresh(space, *finder_, where, request.workers);
+  book_.refresh(space, *finder_, where, request.time_s, request.workers);
   std::function<bool(std::uint32_t)> counts;
   if (finish_) counts = [this](std::uint32_t cluster) { return finish_->counts(cluster); };
   std::size_t pending = book_.look(space, *finder_, where, {}, counts, request.workers);

@@ -92,7 +92,8 @@ class FrontierStrategy : public CoverageStrategy {
   void add_for_others(const Crew& crew, const std::vector<std::pair<double, const Stop*>>& later,
                       std::vector<Stop>& first) const;
   /// So many for each UAV.
-  std::vector<Stop> nearest_of(const Crew& crew, const std::vector<Stop>& stops, std::size_t per_uav) const;
+  std::vector<Stop> nearest_of(const Crew& crew, const std::vector<Stop>& stops, std::size_t per_uav,
+                               mapping::WorkerPool* workers) const;
   std::vector<Stop> without_absorbed(const planning3d::FreeSpace& space, const Crew& crew,
                                      const std::vector<Stop>& stops) const;
   /// From the pose of each stop to that of each.

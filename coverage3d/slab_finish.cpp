@@ -159,7 +159,7 @@ void SlabFinish::update(const mapping::OccupancyMap& map, const FrontierFinder& 
   counted_.clear();
   std::map<std::uint32_t, Cells> regions;
   for (const auto& [id, region] : regions_of(finder)) {
-    const Cells& cells = finder.clusters().at(id).cells;
+    const Cells& cells = finder.clusters().find(id)->cells;
     regions[region].insert(regions[region].end(), cells.begin(), cells.end());
   }
   const int clearance = static_cast<int>(std::ceil(kInflation_m / map.grid().resolution_m()));

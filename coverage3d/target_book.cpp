@@ -14,6 +14,9 @@ namespace {
 
 constexpr double kNearby_m = 2.0;          // changes farther away hardly open a view on a cluster that has none
 constexpr int kMostSearches = 3;           // thorough searches of one cluster
+constexpr double kGainsKept_s = 0.9;       // gains are not worked out anew sooner
+constexpr int kHandedOn = 4;               // views serve so many clusters one after the other, less one ...
+constexpr double kSeenWell = 0.6;          // ... which they show so much of
 constexpr std::size_t kAskedAfter = 1000;  // targets asked in one update whether their views can still be got at
 
 /// Most of what was to be seen from there has become known.
@@ -87,7 +90,7 @@ void TargetBook::look_again(Target& target) {
 /// Where the map changed, what was given up may be seen now, and what was to be gained may have been seen. Places are
 /// lost anywhere, where ways close: of many targets, some are asked after in each update.
 void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder,
-                         const ViewpointPlaces& places, mapping::WorkerPool* workers) {
+                         const ViewpointPlaces& places, double time_s, mapping::WorkerPool* workers) {
   const std::vector<Task> all = bequeath(finder);
   const GridSpec& grid = space.grid();
   const ChangedPlaces changed(grid, finder.changed_blocks());
@@ -98,13 +101,18 @@ void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinde
     const Aabb nearby = all[i].cluster->bounds_m.inflated(kNearby_m);
     const bool changes = changed.any_in({grid.index_of(nearby.min_m), grid.index_of(nearby.max_m)});
     if (changes && target.views.empty()) look_again(target);
-    if (target.views.empty() || (!changes && i % turns != turn)) return;
-    std::erase_if(target.views, [&](const Viewpoint& view) {
-      return !space.traversable(view.voxel) || !places.reachable(view.voxel) ||
-             (changes && outdated(space.map(), view));
-    });
-    if (target.views.empty()) look_again(target);
-    if (!changes) return;
+    target.gains_old = target.gains_old || changes;
+    if (target.views.empty()) return;
+    if (changes || i % turns == turn) {
+      std::erase_if(target.views, [&](const Viewpoint& view) {
+        return !space.traversable(view.voxel) || !places.reachable(view.voxel) ||
+               (changes && outdated(space.map(), view));
+      });
+      if (target.views.empty()) look_again(target);
+    }
+    if (!target.gains_old || time_s - target.gains_time_s < kGainsKept_s) return;
+    target.gains_old = false;
+    target.gains_time_s = time_s;
     for (Viewpoint& view : target.views) {
       view.gain_m3 = sampler_.gain_m3(space.map(), view.position_m, view.yaw_rad);
     }
@@ -116,17 +124,15 @@ std::vector<TargetBook::Task> TargetBook::bequeath(const FrontierFinder& finder)
   heirlooms_.clear();
   std::vector<Task> kept;
   auto cluster = finder.clusters().begin();  // both are in the order of ids
-  for (auto entry = targets_.begin(); entry != targets_.end();) {
-    while (cluster != finder.clusters().end() && cluster->first < entry->first) ++cluster;
-    Target& target = entry->second;
-    if (cluster != finder.clusters().end() && cluster->first == entry->first) {
+  targets_.erase_if([&](std::uint32_t id, Target& target) {
+    while (cluster != finder.clusters().end() && cluster->first < id) ++cluster;
+    if (cluster != finder.clusters().end() && cluster->first == id) {
       kept.push_back({&target, &cluster->second});
-      ++entry;
-      continue;
+      return false;
     }
-    if (!target.views.empty()) heirlooms_.push_back({target.center_m, std::move(target.views)});
-    entry = targets_.erase(entry);
-  }
+    if (!target.views.empty()) heirlooms_.push_back({target.center_m, std::move(target.views), target.handed_on});
+    return true;
+  });
   return kept;
 }
 
@@ -140,11 +146,28 @@ std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space,
   return views.empty() ? views : sampler_.inherit(space, cluster, views);
 }
 
+/// Most clusters change by a few voxels at a time: where there is much to do, what was seen well goes on to be seen
+/// from the same places.
+bool TargetBook::takes_over(const planning3d::FreeSpace& space, const Task& task) const {
+  int handed_on = kHandedOn;
+  for (const Heirloom& heirloom : heirlooms_) {
+    if ((heirloom.center_m - task.cluster->center_m).norm() < kNearby_m)
+      handed_on = std::min(handed_on, heirloom.handed_on + 1);
+  }
+  if (handed_on >= kHandedOn) return false;
+  std::vector<Viewpoint> views = inherited(space, *task.cluster);
+  if (std::none_of(views.begin(), views.end(), [](const Viewpoint& v) { return v.seen_fraction >= kSeenWell; }))
+    return false;
+  task.target->views = std::move(views);
+  task.target->handed_on = handed_on;
+  return true;
+}
+
 bool TargetBook::undecided(const Target& target) { return !target.fresh || (target.views.empty() && !target.searched); }
 
 bool TargetBook::undecided(std::uint32_t cluster) const {
-  const auto found = targets_.find(cluster);
-  return found == targets_.end() || undecided(found->second);
+  const Target* const found = targets_.find(cluster);
+  return found == nullptr || undecided(*found);
 }
 
 /// Of the clusters worth a visit; deep ones first: where the budget ends, the UAVs shall know what is around them.
@@ -196,9 +219,14 @@ std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierF
     if (task.target->views.empty() && left.legacies-- > 0) inheriting.push_back(task);
     ++pending;
   }
+  const bool busy = left.samples <= 0;
   mapping::for_each_index(workers, sampled.size() + inheriting.size(), [&](std::size_t i) {
     if (i < sampled.size()) {
-      sampled[i].target->views = sampler_.sample(space, *sampled[i].cluster, places);
+      if (!busy || !takes_over(space, sampled[i])) {
+        sampled[i].target->views = sampler_.sample(space, *sampled[i].cluster, places);
+        sampled[i].target->handed_on = 0;
+      }
+      sampled[i].target->gains_old = false;
       sampled[i].target->fresh = true;
     } else {
       const Task& task = inheriting[i - sampled.size()];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/id_table.hpp"
 #include "coverage3d/frontier_finder.hpp"
 #include "coverage3d/viewpoints.hpp"
 #include "planning3d/free_space.hpp"
@@ -7,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <vector>
 
 namespace stairwell::mapping {
@@ -26,21 +26,25 @@ class TargetBook {
     bool fresh = false;                                  ///< the views are from after the last change nearby
     bool searched = false;                               ///< the thorough search has been tried since then, too
     int searches = 0;                                    ///< thorough searches so far
+    int handed_on = 0;                                   ///< times since its views were looked for
+    bool gains_old = false;                              ///< the map changed nearby since they were worked out
+    double gains_time_s = 0.0;                           ///< when that was
     Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< of the cluster
   };
   /// What may be spent on new viewpoints at a time.
   struct Budget {
-    int samples = 60;   ///< clusters looked at per update
+    int samples = 60;   ///< clusters looked at per update; where there are more, views are handed on
     int searches = 4;   ///< thorough searches per update
     int legacies = 60;  ///< clusters that take over views of vanished ones, per update
   };
 
   explicit TargetBook(const ViewpointConfig& config) : sampler_(config) {}
 
-  /// Drops what is gone and checks what is there; once per update of the finder.
+  /// Drops what is gone and checks what is there; once per update of the finder. Gains are worked out again now and
+  /// then, where something changed.
   /// @param workers  may be null, here and below
   void refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder, const ViewpointPlaces& places,
-               mapping::WorkerPool* workers);
+               double time_s, mapping::WorkerPool* workers);
   /// Looks for viewpoints of what has none.
   /// @param counts  clusters, by id, that are worth it; empty: all
   /// @returns clusters that are still to be looked at because the budget was used up
@@ -52,7 +56,7 @@ class TargetBook {
   const ViewpointSampler& sampler() const { return sampler_; }
   void forget() { targets_.clear(); }
 
-  const std::map<std::uint32_t, Target>& targets() const { return targets_; }
+  const IdTable<Target>& targets() const { return targets_; }
 
  private:
   /// A target to be looked for.
@@ -67,14 +71,16 @@ class TargetBook {
   std::vector<Task> bequeath(const FrontierFinder& finder);
   static bool undecided(const Target& target);
   std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
+  bool takes_over(const planning3d::FreeSpace& space, const Task& task) const;
 
   ViewpointSampler sampler_;
-  std::map<std::uint32_t, Target> targets_;
+  IdTable<Target> targets_;
   std::size_t refreshed_ = 0;  ///< times
   /// What was seen of clusters that were rebuilt since; a cluster changes its id with every voxel.
   struct Heirloom {
     Eigen::Vector3d center_m;
     std::vector<Viewpoint> views;
+    int handed_on;
   };
   std::vector<Heirloom> heirlooms_;
 };

@@ -203,6 +203,7 @@ std::uint64_t Fleet::map_id(std::size_t i) const { return impl_->beliefs.at(i)->
 const mapping::OccupancyMap& Fleet::map_of(std::size_t uav) const { return impl_->uavs.at(uav).belief->map; }
 bool Fleet::shares_one_map() const { return impl_->radio == nullptr; }
 const FleetStats& Fleet::stats() const { return impl_->stats; }
+mapping::WorkerPool* Fleet::workers() const { return impl_->pool.get(); }
 bool Fleet::exploring() const { return impl_->exploration_end_s < 0.0; }
 double Fleet::exploration_end_s() const {
   return impl_->exploration_end_s >= 0.0 ? impl_->exploration_end_s : impl_->now_s();

@@ -13,6 +13,10 @@
 #include <string>
 #include <vector>
 
+namespace stairwell::mapping {
+class WorkerPool;
+}
+
 namespace stairwell::explore {
 
 enum class StopReason { kRunning, kTargetReached, kNothingReachableLeft, kTimeLimit, kInterrupted, kBattery, kAllLost };
@@ -81,6 +85,8 @@ class Fleet {
   /// No radio limits the exchange.
   bool shares_one_map() const;
   const FleetStats& stats() const;
+  /// Idle between steps; null for a fleet of one thread.
+  mapping::WorkerPool* workers() const;
   /// Layers in use at present (slice mode), else empty.
   std::vector<double> layers_m() const;
 

@@ -5,6 +5,7 @@
 #include "planning3d/travel_costs.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -128,7 +129,7 @@ void Fleet::Impl::guard() {
     stop_at_once(uav, stop, reports[uav.id].verdict);
     stopped[uav.id] = true;
   }
-  for (bool again = true; again;) {  // who stops may be in the way of one that was looked at before
+  for (bool again = meets_anyone(stopped); again;) {  // who stops may be in the way of one that was looked at before
     again = false;
     for (Uav& uav : uavs) {
       if (stopped[uav.id] || !guarded(uav) || !mind_fellows(uav)) continue;
@@ -144,6 +145,18 @@ void Fleet::Impl::stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Ver
   command(uav, stop);
   uav.goal.reset();
   if (uav.phase == Phase::kTravel) enter(uav, Phase::kFindGoal);
+}
+
+/// Whether one of those that did not stop just now has a fellow in its way.
+bool Fleet::Impl::meets_anyone(const std::vector<bool>& stopped) {
+  if (config.avoidance != Avoidance::kPriority) return false;
+  std::atomic<bool> found{false};
+  mapping::for_each_index(pool.get(), uavs.size(), [&](std::size_t i) {
+    const Uav& uav = uavs[i];
+    if (stopped[i] || !guarded(uav)) return;
+    if (!pilot.meets(uav.commanded(), fellows_of(uav), now_s()).safe()) found = true;
+  });
+  return found;
 }
 
 /// Motions are planned clear of each other, but a fellow may have braked since then, whatever the reason, and stand in

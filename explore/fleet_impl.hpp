@@ -50,6 +50,7 @@ struct Fleet::Impl {
   void guard();
   bool guarded(const Uav& uav) const;
   bool braking(const Uav& uav) const;
+  bool meets_anyone(const std::vector<bool>& stopped);
   bool mind_fellows(Uav& uav);
   void stop_at_once(Uav& uav, const Trajectory& stop, planning3d::Verdict verdict);
   void advance_phase(Uav& uav);
