@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <set>
 
 namespace stairwell::coverage3d {
@@ -16,13 +17,9 @@ constexpr std::size_t kStopsPerUav = 12;
 constexpr std::size_t kMostStops = 36;
 constexpr int kNewFields = 5;
 constexpr std::size_t kGivenKept = 64;
-constexpr double kCostsKept_s = 2.0;     // ways of a UAV that flies to its goal are measured again after this
-constexpr double kLarge_m3 = 5e4;        // in larger boxes long ways are ...
-constexpr double kExactWay_m = 25.0;     // ... exact up to this, and beyond estimated ...
-constexpr double kFarKept_s = 30.0;      // ... again after this ...
-constexpr double kFarMoved_m = 15.0;     // ... or from where nothing of this is kept so near
-constexpr std::size_t kFarWaysKept = 3;  // for each UAV
-constexpr double kUseful = 0.25;         // a goal is dropped when less of its cells is left
+constexpr double kCostsKept_s = 2.0;  // ways of a UAV that flies to its goal are measured again after this
+constexpr double kLarge_m3 = 5e4;     // in larger boxes long ways are estimated
+constexpr double kUseful = 0.25;      // a goal is dropped when less of its cells is left
 constexpr double kBelievedDepth_m = 1.0;
 constexpr double kMostWorth_m3 = 40.0;       // a larger gain does not make a stop more urgent, ...
 constexpr double kPanoramicWorth_m3 = 10.0;  // ... nor this for a sensor that sees all round, ...
@@ -107,51 +104,23 @@ void FrontierStrategy::compute_costs(const planning3d::FreeSpace& space, const A
   const Eigen::Vector3d nowhere_m = Eigen::Vector3d::Zero();
   cost_sources_.resize(crew.uavs.size(), {nowhere_m, -kCostsKept_s});
   const planning3d::MotionRule rule = motion_rule();
-  const bool limited = !config_.slice && space.grid().box().volume_m3() > kLarge_m3;
-  const double limit_m = limited ? kExactWay_m : std::numeric_limits<double>::infinity();
-  std::vector<std::size_t> near;
+  std::vector<FarWays::Source> sources;
   for (std::size_t k = 0; k < crew.uavs.size(); ++k) {
     CostSource& source = cost_sources_[k];
     const bool settled = !request.uavs[crew.uavs[k]].wants_goal && (source.start_m - crew.start_m[k]).norm() < 1e-6;
     if (settled && request.time_s - source.time_s < kCostsKept_s) continue;
     source = {crew.start_m[k], request.time_s};
-    near.push_back(k);
+    sources.push_back({crew.start_m[k], &costs_[k]});
   }
-  if (near.empty()) return;
+  if (sources.empty()) return;
   lattice_.update(space, rule);
-  if (!limited) {
-    mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
-      costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
-    });
+  if (!config_.slice && space.grid().box().volume_m3() > kLarge_m3) {
+    far_ways_.compute(space, lattice_, sources, request.time_s, crew.uavs.size(), request.workers);
     return;
   }
-  // A UAV under way is planned for from its goal, then from its place, and so on: what was looked up for either is
-  // kept.
-  std::erase_if(far_ways_, [&](const FarWays& ways) { return request.time_s - ways.time_s >= kFarKept_s; });
-  std::vector<FarWays> far(near.size());
-  std::vector<bool> known(near.size());
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    const Eigen::Vector3d& start_m = crew.start_m[near[i]];
-    far[i] = {start_m, request.time_s, nullptr};
-    double least_m = kFarMoved_m;
-    for (const FarWays& ways : far_ways_) {
-      const double off_m = (ways.start_m - start_m).norm();
-      if (off_m >= least_m) continue;
-      least_m = off_m;
-      far[i].lengths = ways.lengths;
-    }
-    known[i] = far[i].lengths != nullptr;
-  }
-  if (std::find(known.begin(), known.end(), false) != known.end()) regions_->update(lattice_, request.workers);
-  mapping::for_each_index(request.workers, near.size(), [&](std::size_t i) {
-    costs_[near[i]].compute(space, crew.start_m[near[i]], rule, limit_m, &lattice_);
-    far[i].lengths = costs_[near[i]].estimate_beyond(*regions_, std::move(far[i].lengths));
+  mapping::for_each_index(request.workers, sources.size(), [&](std::size_t i) {
+    sources[i].costs->compute(space, sources[i].start_m, rule, std::numeric_limits<double>::infinity(), &lattice_);
   });
-  for (std::size_t i = 0; i < near.size(); ++i)
-    if (!known[i] && far[i].lengths != nullptr) far_ways_.push_back(std::move(far[i]));
-  const std::size_t most = kFarWaysKept * crew.uavs.size();
-  if (far_ways_.size() > most)  // the oldest go
-    far_ways_.erase(far_ways_.begin(), far_ways_.end() - static_cast<std::ptrdiff_t>(most));
 }
 
 bool FrontierStrategy::reachable(const VoxelIndex& v) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "coverage3d/blacklist.hpp"
+#include "coverage3d/far_ways.hpp"
 #include "coverage3d/frontier_finder.hpp"
 #include "coverage3d/layer_finder.hpp"
 #include "coverage3d/slab_finish.hpp"
@@ -156,7 +157,7 @@ class FrontierStrategy : public CoverageStrategy {
   TravelBook travel_;
   Blacklist blacklist_;
   planning3d::PassableLattice lattice_;
-  std::unique_ptr<planning3d::RegionGraph> regions_ = std::make_unique<planning3d::RegionGraph>();
+  FarWays far_ways_;
   std::vector<planning3d::TravelCosts> costs_;
   /// What each of them was computed for.
   struct CostSource {
@@ -164,13 +165,6 @@ class FrontierStrategy : public CoverageStrategy {
     double time_s;
   };
   std::vector<CostSource> cost_sources_;
-  /// Lengths of long ways in a large world, for sources near one place.
-  struct FarWays {
-    Eigen::Vector3d start_m;
-    double time_s;
-    std::shared_ptr<const std::vector<float>> lengths;
-  };
-  std::vector<FarWays> far_ways_;  ///< the oldest first
   std::deque<GivenGoal> given_;
   std::optional<double> start_height_m_;
   std::size_t pending_ = 0;

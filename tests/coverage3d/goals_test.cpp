@@ -22,6 +22,21 @@ Assignment settled(CoverageStrategy& strategy, const HalfSeen& scene) {
   return assignment;
 }
 
+/// Goals for UAVs in a row along x, asked for again and again until all there is has been looked at.
+Assignment settled_goals(const planning3d::FreeSpace& space, const CoverageConfig& config,
+                         const std::vector<double>& along_m) {
+  AssignmentRequest request;
+  for (const double x_m : along_m) {
+    UavView& uav = request.uavs.emplace_back();
+    uav.position_m = {x_m, 2.1, 1.5};
+    uav.wants_goal = true;
+  }
+  const auto strategy = make_strategy("frontiers", config);
+  Assignment assignment;
+  for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+  return assignment;
+}
+
 /// A second UAV, in the far corner, whose map is its own.
 UavView add_absent(HalfSeen& scene) {
   UavView absent;
@@ -119,20 +134,13 @@ TEST_CASE("every UAV of a fleet is offered what is near it, however much there i
   distance.update(map);
   const CoverageConfig config = toy::config_for(world, toy::lidar());
   const planning3d::FreeSpace space{map, distance, config.robot, config.box};
-  AssignmentRequest request;
-  for (const double x_m : {10.0, 35.0, 60.0, 84.0, 94.0}) {
-    UavView& uav = request.uavs.emplace_back();
-    uav.position_m = {x_m, 2.1, 1.5};
-    uav.wants_goal = true;
-  }
-  const auto strategy = make_strategy("frontiers", config);
-  Assignment assignment;
-  for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+  const std::vector<double> along_m{10.0, 35.0, 60.0, 84.0, 94.0};
+  const Assignment assignment = settled_goals(space, config, along_m);
   REQUIRE(assignment.open_targets > 40);
-  for (std::size_t i = 0; i < request.uavs.size(); ++i) {
+  for (std::size_t i = 0; i < along_m.size(); ++i) {
     INFO("UAV " << i);
     REQUIRE(assignment.goals[i].has_value());
-    CHECK((assignment.goals[i]->position_m - request.uavs[i].position_m).norm() < 6.0);
+    CHECK((assignment.goals[i]->position_m - Eigen::Vector3d(along_m[i], 2.1, 1.5)).norm() < 6.0);
   }
 }
 
@@ -151,20 +159,12 @@ TEST_CASE("a UAV that sees all round does small work near it while the others ge
   distance.update(map);
   const CoverageConfig config = toy::config_for(world, toy::lidar());
   const planning3d::FreeSpace space{map, distance, config.robot, config.box};
-  const auto goal_x_m = [&](const std::vector<double>& at_x_m) {
-    AssignmentRequest request;
-    for (const double x_m : at_x_m) {
-      UavView& uav = request.uavs.emplace_back();
-      uav.position_m = {x_m, 2.1, 1.5};
-      uav.wants_goal = true;
-    }
-    const auto strategy = make_strategy("frontiers", config);
-    Assignment assignment;
-    for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
+  const auto goal_x_m = [&](const std::vector<double>& along_m) {
+    const Assignment assignment = settled_goals(space, config, along_m);
     return assignment.goals.front() ? assignment.goals.front()->position_m.x() : 40.0;  // waits
   };
   CHECK(goal_x_m({4.0, 31.0, 33.0, 35.0}) < 10.0);
-  CHECK(goal_x_m({4.0}) > 25.0);         // alone it has the large work to do
+  CHECK(goal_x_m({4.0}) > 25.0);                     // alone it has the large work to do
   CHECK(goal_x_m({24.0, 31.0, 33.0, 35.0}) > 25.0);  // and what is nothing nearer can wait
 }
 
