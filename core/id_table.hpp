@@ -22,10 +22,11 @@ class IdTable {
 
  public:
   /// Over what is not erased; gives pairs of id and reference.
-  template <typename SlotIterator, typename Value>
-  class Iterator {
+  class const_iterator {
+    using SlotIterator = typename std::vector<Slot>::const_iterator;
+
    public:
-    using value_type = std::pair<std::uint32_t, Value&>;
+    using value_type = std::pair<std::uint32_t, const T&>;
     using reference = value_type;
     using difference_type = std::ptrdiff_t;
     using iterator_category = std::input_iterator_tag;
@@ -35,15 +36,15 @@ class IdTable {
       const value_type* operator->() const { return &entry; }
     };
 
-    Iterator(SlotIterator at, SlotIterator end) : at_(at), end_(end) { skip(); }
+    const_iterator(SlotIterator at, SlotIterator end) : at_(at), end_(end) { skip(); }
     reference operator*() const { return {at_->id, *at_->value}; }
     pointer operator->() const { return {**this}; }
-    Iterator& operator++() {
+    const_iterator& operator++() {
       ++at_;
       skip();
       return *this;
     }
-    bool operator==(const Iterator& other) const { return at_ == other.at_; }
+    bool operator==(const const_iterator& other) const { return at_ == other.at_; }
 
    private:
     void skip() {
@@ -51,7 +52,6 @@ class IdTable {
     }
     SlotIterator at_, end_;
   };
-  using const_iterator = Iterator<typename std::vector<Slot>::const_iterator, const T>;
 
   IdTable() = default;
   IdTable(IdTable&& other) noexcept

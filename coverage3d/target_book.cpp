@@ -136,26 +136,29 @@ std::vector<TargetBook::Task> TargetBook::bequeath(const FrontierFinder& finder)
   return kept;
 }
 
-std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const {
-  std::vector<Viewpoint> views;
+std::vector<const TargetBook::Heirloom*> TargetBook::heirlooms_near(const FrontierCluster& cluster) const {
+  std::vector<const Heirloom*> near;
   for (const Heirloom& heirloom : heirlooms_) {
-    if ((heirloom.center_m - cluster.center_m).norm() < kNearby_m) {
-      views.insert(views.end(), heirloom.views.begin(), heirloom.views.end());
-    }
+    if ((heirloom.center_m - cluster.center_m).norm() < kNearby_m) near.push_back(&heirloom);
   }
+  return near;
+}
+
+std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                             const std::vector<const Heirloom*>& heirlooms) const {
+  std::vector<Viewpoint> views;
+  for (const Heirloom* heirloom : heirlooms) views.insert(views.end(), heirloom->views.begin(), heirloom->views.end());
   return views.empty() ? views : sampler_.inherit(space, cluster, views);
 }
 
 /// Most clusters change by a few voxels at a time: where there is much to do, what was seen well goes on to be seen
 /// from the same places.
 bool TargetBook::takes_over(const planning3d::FreeSpace& space, const Task& task) const {
+  const std::vector<const Heirloom*> heirlooms = heirlooms_near(*task.cluster);
   int handed_on = kHandedOn;
-  for (const Heirloom& heirloom : heirlooms_) {
-    if ((heirloom.center_m - task.cluster->center_m).norm() < kNearby_m)
-      handed_on = std::min(handed_on, heirloom.handed_on + 1);
-  }
+  for (const Heirloom* heirloom : heirlooms) handed_on = std::min(handed_on, heirloom->handed_on + 1);
   if (handed_on >= kHandedOn) return false;
-  std::vector<Viewpoint> views = inherited(space, *task.cluster);
+  std::vector<Viewpoint> views = inherited(space, *task.cluster, heirlooms);
   if (std::none_of(views.begin(), views.end(), [](const Viewpoint& v) { return v.seen_fraction >= kSeenWell; }))
     return false;
   task.target->views = std::move(views);
@@ -230,7 +233,7 @@ std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierF
       sampled[i].target->fresh = true;
     } else {
       const Task& task = inheriting[i - sampled.size()];
-      task.target->views = inherited(space, *task.cluster);
+      task.target->views = inherited(space, *task.cluster, heirlooms_near(*task.cluster));
     }
   });
   std::vector<Task> searched;

@@ -59,6 +59,12 @@ class TargetBook {
   const IdTable<Target>& targets() const { return targets_; }
 
  private:
+  /// What was seen of clusters that were rebuilt since; a cluster changes its id with every voxel.
+  struct Heirloom {
+    Eigen::Vector3d center_m;
+    std::vector<Viewpoint> views;
+    int handed_on;
+  };
   /// A target to be looked for.
   struct Task {
     Target* target;
@@ -70,18 +76,14 @@ class TargetBook {
   static void look_again(Target& target);
   std::vector<Task> bequeath(const FrontierFinder& finder);
   static bool undecided(const Target& target);
-  std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster) const;
+  std::vector<const Heirloom*> heirlooms_near(const FrontierCluster& cluster) const;
+  std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
+                                   const std::vector<const Heirloom*>& heirlooms) const;
   bool takes_over(const planning3d::FreeSpace& space, const Task& task) const;
 
   ViewpointSampler sampler_;
   IdTable<Target> targets_;
   std::size_t refreshed_ = 0;  ///< times
-  /// What was seen of clusters that were rebuilt since; a cluster changes its id with every voxel.
-  struct Heirloom {
-    Eigen::Vector3d center_m;
-    std::vector<Viewpoint> views;
-    int handed_on;
-  };
   std::vector<Heirloom> heirlooms_;
 };
 

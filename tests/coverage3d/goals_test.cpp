@@ -16,13 +16,17 @@ using namespace stairwell::coverage3d;
 using toy::HalfSeen;
 
 /// Asks until every cluster has been looked at: a single assignment may leave some for later.
-Assignment settled(CoverageStrategy& strategy, const HalfSeen& scene) {
+Assignment settled(CoverageStrategy& strategy, const planning3d::FreeSpace& space, const AssignmentRequest& request) {
   Assignment assignment;
-  for (int i = 0; i < 20; ++i) assignment = strategy.assign(scene.space(), scene.request);
+  for (int i = 0; i < 20; ++i) assignment = strategy.assign(space, request);
   return assignment;
 }
 
-/// Goals for UAVs in a row along x, asked for again and again until all there is has been looked at.
+Assignment settled(CoverageStrategy& strategy, const HalfSeen& scene) {
+  return settled(strategy, scene.space(), scene.request);
+}
+
+/// The same for UAVs in a row along x.
 Assignment settled_goals(const planning3d::FreeSpace& space, const CoverageConfig& config,
                          const std::vector<double>& along_m) {
   AssignmentRequest request;
@@ -31,10 +35,7 @@ Assignment settled_goals(const planning3d::FreeSpace& space, const CoverageConfi
     uav.position_m = {x_m, 2.1, 1.5};
     uav.wants_goal = true;
   }
-  const auto strategy = make_strategy("frontiers", config);
-  Assignment assignment;
-  for (int i = 0; i < 20; ++i) assignment = strategy->assign(space, request);
-  return assignment;
+  return settled(*make_strategy("frontiers", config), space, request);
 }
 
 /// A second UAV, in the far corner, whose map is its own.
