@@ -69,10 +69,38 @@ class ElevationBand {
     return elevation >= lo_rad_ && elevation <= hi_rad_;
   }
 
+  /// False when nothing inside a box with these horizontal distances and heights above the sensor can be in the band.
+  bool may_contain(double nearest_m, double farthest_m, double lowest_m, double highest_m) const {
+    if (steep_) return true;
+    return lowest_m <= tan_hi_ * (tan_hi_ > 0.0 ? farthest_m : nearest_m) &&
+           highest_m >= tan_lo_ * (tan_lo_ < 0.0 ? farthest_m : nearest_m);
+  }
+
  private:
   static constexpr double kSteep_rad = 1.5;  // beyond, tangents are too large to be compared with
   double lo_rad_, hi_rad_, tan_lo_, tan_hi_;
   bool steep_;
+};
+
+/// Whether something of a box may be in sight of a place: near enough, and not too steeply above or below it.
+class BoxInSight {
+ public:
+  BoxInSight(const SensorModel& sensor, double sight_m, const Aabb& box)
+      : band_(sensor), squared_sight_m2_(sight_m * sight_m), box_(box) {}
+
+  bool from(const Eigen::Vector3d& at_m) const {
+    const Eigen::Vector3d past_lo_m = at_m - box_.min_m;
+    const Eigen::Vector3d past_hi_m = at_m - box_.max_m;
+    const Eigen::Vector3d nearest_m = past_hi_m.cwiseMax(-past_lo_m).cwiseMax(0.0);
+    if (nearest_m.squaredNorm() > squared_sight_m2_) return false;
+    const Eigen::Vector3d farthest_m = past_lo_m.cwiseAbs().cwiseMax(past_hi_m.cwiseAbs());
+    return band_.may_contain(nearest_m.head<2>().norm(), farthest_m.head<2>().norm(), -past_lo_m.z(), -past_hi_m.z());
+  }
+
+ private:
+  ElevationBand band_;
+  double squared_sight_m2_;
+  Aabb box_;
 };
 
 std::vector<VoxelIndex> heights_voxels(const GridSpec& grid, const std::vector<double>& heights_m) {
@@ -353,6 +381,8 @@ std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& spa
   const int step = std::max(1, static_cast<int>(std::lround(step_m / grid.resolution_m())));
   const VoxelIndex lo = grid.index_of(cluster.bounds_m.min_m - Eigen::Vector3d::Constant(reach_m));
   const VoxelIndex hi = grid.index_of(cluster.bounds_m.max_m + Eigen::Vector3d::Constant(reach_m));
+  // Targets are unknown voxels beside the cluster's.
+  const BoxInSight in_sight(config_.sensor, sight_m(grid), cluster.bounds_m.inflated(1.5 * grid.resolution_m()));
   const std::vector<std::uint16_t>& squared = space.blocked_distance().data();
   const int least = space.min_squared_cells();
   std::vector<VoxelIndex> all;
@@ -364,7 +394,8 @@ std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& spa
       if (y < space.lo().y || y > space.hi().y) continue;
       const std::uint16_t* const row = squared.data() + grid.linear({0, y, z});  // FreeSpace::traversable, row by row
       for (int x = std::max(lo.x, 0); x <= std::min(hi.x, grid.size()[0] - 1); x += step)
-        if (row[x] >= least && x >= space.lo().x && x <= space.hi().x && places.reachable({x, y, z}))
+        if (row[x] >= least && x >= space.lo().x && x <= space.hi().x && in_sight.from(grid.center_of({x, y, z})) &&
+            places.reachable({x, y, z}))
           all.push_back({x, y, z});
     }
   }

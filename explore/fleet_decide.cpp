@@ -26,6 +26,8 @@ constexpr double kSettled_s = 1.0;      // nobody has anything to do for this lo
 constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
 constexpr double kLeastFlight_s = 0.5;  // towards a goal before another is asked for ...
 constexpr double kBraking_s = 1.2;      // ... unless the motion ends so soon that it slows down
+constexpr double kHorizon_s = 10.0;     // longer ways to goals are flown part by part, ...
+constexpr double kPlanOn_s = 5.0;       // the next one planned this long before the last one ends
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
 constexpr double kRescan_m = 0.5;         // no second radial scan within this distance of the last one
@@ -188,6 +190,7 @@ bool Fleet::Impl::wants_goal(const Uav& uav) {
   const double flown_s = now_s() - uav.goal_given_s;
   if (flown_s < kLeastFlight_s && left_s > kBraking_s) return false;
   const bool far_to_go = left_s > kNearlyThere_s;
+  if (must_plan_on(uav)) return true;
   if (far_to_go && flown_s >= config.replan_period_s) return true;
   return !uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal);
 }
@@ -263,15 +266,22 @@ void Fleet::Impl::stop_short(Uav& uav) {
   if (command(uav, stop)) uav.goal.reset();
 }
 
+/// Its motion leads part of the way and ends before long.
+bool Fleet::Impl::must_plan_on(const Uav& uav) const {
+  return uav.part_way && !uav.avoiding && uav.commanded().end_time_s() - now_s() < kPlanOn_s;
+}
+
 bool Fleet::Impl::keeps_goal(const Uav& uav, const Goal& goal) const {
-  return uav.phase == Phase::kTravel && uav.goal && same_goal(*uav.goal, goal) && !uav.at_rest(depart_time(uav));
+  return uav.phase == Phase::kTravel && uav.goal && same_goal(*uav.goal, goal) && !uav.at_rest(depart_time(uav)) &&
+         !must_plan_on(uav);
 }
 
 Fleet::Impl::Draft Fleet::Impl::draft_flight(const Uav& uav, const Goal& goal, int thread) {
   const double before_s = clock_s();
   Draft draft;
-  draft.flight = pilot.draft(uav.belief->space(), uav, goal.position_m, goal.yaw_rad,
-                             uav.belief->strategy->motion_rule(), depart_time(uav), thread);
+  draft.flight =
+      pilot.draft(uav.belief->space(), uav, goal.position_m, goal.yaw_rad, uav.belief->strategy->motion_rule(),
+                  depart_time(uav), kHorizon_s * config.limits.speed_mps, thread);
   draft.computing_s = clock_s() - before_s;
   return draft;
 }
@@ -317,6 +327,7 @@ void Fleet::Impl::fly(Uav& uav, const Goal& goal, double assign_s) {
       log.on_event(now_s(), uav.id, "fallback", flight.not_used + "; used " + std::string(flight.planner));
     }
     uav.goal = goal;
+    uav.part_way = flight.part_way;
     uav.waits = 0;
     uav.avoiding = uav.on_segment = false;
     avoider.remember_path(uav, std::move(flight.path_m));

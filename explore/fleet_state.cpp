@@ -76,6 +76,7 @@ json to_json(const Uav& uav) {
   json j = {{"phase", static_cast<int>(uav.avoiding && uav.phase == Phase::kTravel ? Phase::kFindGoal : uav.phase)},
             {"took_off", uav.took_off},
             {"goal_given_s", uav.goal_given_s},
+            {"part_way", uav.part_way},
             {"next_decision_s", uav.next_decision_s},
             {"latency_s", uav.latency_s},
             {"waits", uav.waits},
@@ -102,6 +103,7 @@ void restore(Uav& uav, const json& j) {
   uav.phase = static_cast<Phase>(phase);
   uav.took_off = j.at("took_off").get<bool>();
   uav.goal_given_s = j.at("goal_given_s").get<double>();
+  uav.part_way = j.value("part_way", false);
   uav.next_decision_s = j.at("next_decision_s").get<double>();
   uav.latency_s = j.at("latency_s").get<double>();
   uav.waits = j.at("waits").get<int>();

@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/units.hpp"
+#include "planning3d/shorten_path.hpp"
 
 #include <Eigen/Geometry>
 
@@ -28,6 +29,7 @@ constexpr double kTubeStep_s = 0.25;
 // that is known, and gives up before that.
 constexpr std::size_t kLargeMap = 4'000'000;  // voxels
 constexpr std::size_t kMostExpansions = 50'000;
+constexpr double kLeastRest_m = 2.0;                // of a path; what is shorter is flown at once
 constexpr int kSides = 8;                           // to which it may give way
 constexpr std::string_view kLikeRequest = "astar";  // whose answers depend on the request alone
 
@@ -99,6 +101,28 @@ Trajectory lift(const MotionLimits& limits, double depart_s, const MotionState& 
   return {depart_s, std::move(states)};
 }
 
+/// The first metres of a longer path.
+std::vector<Eigen::Vector3d> beginning(const std::vector<Eigen::Vector3d>& path_m, double length_m) {
+  std::vector<Eigen::Vector3d> begun_m{path_m.front()};
+  for (std::size_t i = 1; i < path_m.size(); ++i) {
+    const Eigen::Vector3d leg_m = path_m[i] - path_m[i - 1];
+    if (leg_m.norm() >= length_m) {
+      begun_m.push_back(path_m[i - 1] + length_m * leg_m.normalized());
+      break;
+    }
+    length_m -= leg_m.norm();
+    begun_m.push_back(path_m[i]);
+  }
+  return begun_m;
+}
+
+/// At the end of a path; none where it leads straight up or down.
+std::optional<double> heading(const std::vector<Eigen::Vector3d>& path_m) {
+  const Eigen::Vector3d leg_m = path_m.back() - path_m[path_m.size() - 2];
+  if (leg_m.head<2>().norm() < 1e-3) return std::nullopt;
+  return std::atan2(leg_m.y(), leg_m.x());
+}
+
 }  // namespace
 
 Pilot::Pilot(const FleetConfig& config) : config_(config), check_(make_check(config)), builder_(config.limits, check_) {
@@ -146,16 +170,23 @@ std::optional<Trajectory> Pilot::shape(const FreeSpace& space, const Uav& uav,
 
 PlanVerdict Pilot::shape_along(const FreeSpace& space, const Uav& uav, const std::vector<Eigen::Vector3d>& path_m,
                                double yaw_rad, double depart_s, FlightDraft& draft) const {
-  draft.motion = shape(space, uav, path_m, yaw_rad, depart_s);
+  draft.part_way = planning3d::path_length_m(path_m) > draft.horizon_m + kLeastRest_m;
+  if (draft.part_way) {
+    const std::vector<Eigen::Vector3d> begun_m = beginning(path_m, draft.horizon_m);
+    draft.motion = shape(space, uav, begun_m, heading(begun_m).value_or(yaw_rad), depart_s);
+  } else {
+    draft.motion = shape(space, uav, path_m, yaw_rad, depart_s);
+  }
   draft.path_m = path_m;
   if (!draft.motion) return {PlanVerdict::Kind::kTryNext, "no trajectory"};
   return {};
 }
 
 FlightDraft Pilot::draft(const FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m, double yaw_rad,
-                         const planning3d::MotionRule& rule, double depart_s, int thread) {
+                         const planning3d::MotionRule& rule, double depart_s, double horizon_m, int thread) {
   FlightDraft draft;
   draft.thread = thread;
+  draft.horizon_m = config_.motion == MotionModel::kStep ? kAllTheWay_m : horizon_m;
   draft.request.start_m = uav.commanded().sample(depart_s).position_m;
   draft.request.goal_m = position_m;
   draft.request.rule = rule;
@@ -178,6 +209,7 @@ FlightResult Pilot::fly(const FreeSpace& space, const Uav& uav, double yaw_rad, 
     result.outcome = FlightOutcome::kFlying;
     result.trajectory = std::move(draft.motion);
     result.path_m = std::move(draft.path_m);
+    result.part_way = draft.part_way;
     result.planner = found.planner();
     result.fell_back = found.fell_back();
     result.wanted_path_m.clear();

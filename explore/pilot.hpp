@@ -6,6 +6,7 @@
 #include "planning3d/safety_check.hpp"
 #include "planning3d/trajectory_builder.hpp"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +21,7 @@ struct FlightResult {
   FlightOutcome outcome = FlightOutcome::kUnreachable;
   std::optional<Trajectory> trajectory;        ///< set when kFlying; not yet commanded
   std::vector<Eigen::Vector3d> path_m;         ///< that the trajectory smooths
+  bool part_way = false;                       ///< the trajectory ends before the path does
   std::string_view planner;                    ///< which planner found the way
   bool fell_back = false;                      ///< it was not the one asked for
   std::string not_used;                        ///< why the planners before it, or all of them, found none
@@ -33,25 +35,32 @@ struct FlightDraft {
   planning3d::FallbackResult found;
   std::vector<Eigen::Vector3d> path_m;  ///< the last that a motion was tried along
   std::optional<Trajectory> motion;
+  double horizon_m;       ///< motions lead so far along their paths
+  bool part_way = false;  ///< the motion ends before the path does
 };
 
 /// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows. Without
 /// an answer the UAV brakes and hovers.
 class Pilot {
  public:
+  static constexpr double kAllTheWay_m = std::numeric_limits<double>::infinity();
+
   /// @throws InputError for unknown planners
   explicit Pilot(const FleetConfig& config);
 
-  /// Does not command anything. @param fellows every other UAV
+  /// All the way. Does not command anything. @param fellows every other UAV
   FlightResult fly_to(const planning3d::FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m,
                       double yaw_rad, const planning3d::MotionRule& rule, const std::vector<const Uav*>& fellows,
                       double depart_s) {
-    return fly(space, uav, yaw_rad, draft(space, uav, position_m, yaw_rad, rule, depart_s), fellows, depart_s);
+    return fly(space, uav, yaw_rad, draft(space, uav, position_m, yaw_rad, rule, depart_s, kAllTheWay_m), fellows,
+               depart_s);
   }
   /// The first half of `fly_to`, which fellows do not matter to. With threads, calls with different numbers from 0 to
   /// `drafting_threads()` - 1 may run at the same time.
+  /// @param horizon_m  motions come to rest so far along longer paths, looking along them
   FlightDraft draft(const planning3d::FreeSpace& space, const Uav& uav, const Eigen::Vector3d& position_m,
-                    double yaw_rad, const planning3d::MotionRule& rule, double depart_s, int thread = 0);
+                    double yaw_rad, const planning3d::MotionRule& rule, double depart_s, double horizon_m,
+                    int thread = 0);
   /// The second half. @pre nothing was commanded to the UAV since
   FlightResult fly(const planning3d::FreeSpace& space, const Uav& uav, double yaw_rad, FlightDraft draft,
                    const std::vector<const Uav*>& fellows, double depart_s);

@@ -39,6 +39,7 @@ struct Uav {
   bool took_off = false;                                 ///< started from the ground, so it lands at the end
   std::optional<coverage3d::Goal> goal;
   double goal_given_s = 0.0;
+  bool part_way = false;         ///< its motion ends before the goal, and is planned on before it ends
   double next_decision_s = 0.0;  ///< not before: computing (charged) or waiting after a failure
   double latency_s = 0.0;        ///< how far ahead of now its plans depart
   int waits = 0;                 ///< plans in a row that a fellow UAV was in the way of

@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 
 #include <optional>
+#include <set>
+#include <tuple>
 #include <vector>
 
 using namespace stairwell;
@@ -37,14 +39,20 @@ struct GrazedWall {
     finder->update(map);
   }
 
+  planning3d::FreeSpace space() const { return {map, distance, robot, grid.box()}; }
+
+  ViewpointSampler sampler(const SensorModel& sensor = toy::lidar()) const {
+    ViewpointConfig config;
+    config.sensor = sensor;
+    config.box = grid.box();
+    return ViewpointSampler(config);
+  }
+
   /// From this side of the wall.
   std::vector<Viewpoint> views(const FrontierCluster& cluster) const {
-    ViewpointConfig config;
-    config.sensor = toy::lidar();
-    config.box = grid.box();
     ViewpointPlaces places;
     places.reachable = [](const VoxelIndex& v) { return v.x < kWall; };
-    return ViewpointSampler(config).search({map, distance, robot, grid.box()}, cluster, places);
+    return sampler().search(space(), cluster, places);
   }
 
   GridSpec grid;
@@ -79,4 +87,42 @@ TEST_CASE("through an opening beside such a surface all views lead") {
     }
   }
   CHECK(seen > 10);
+}
+
+TEST_CASE("a thorough search leaves out only places from which nothing can be in the field of view") {
+  const GrazedWall scene(true);
+  std::size_t left_out = 0, asked_after = 0, seeing = 0;
+  using Band = std::pair<double, double>;
+  for (const Band& band : {Band{-0.2, 0.2}, {-0.1, 0.6}, {0.1, 0.5}, {-0.7, -0.2}, {-1.7, 1.7}}) {
+    SensorModel sensor = toy::lidar();
+    sensor.max_range_m = 3.0;
+    std::tie(sensor.elevation_lo_rad, sensor.elevation_hi_rad) = band;
+    const ViewpointSampler sampler = scene.sampler(sensor);
+    for (const auto& [id, cluster] : scene.finder->clusters()) {
+      std::set<std::size_t> asked;
+      ViewpointPlaces places;
+      places.reachable = [&](const VoxelIndex& v) {
+        asked.insert(scene.grid.linear(v));
+        return true;
+      };
+      sampler.search(scene.space(), cluster, places);
+      const double reach_m = sampler.config().range_fraction * sensor.max_range_m;
+      for (std::size_t i = 0; i < scene.grid.voxel_count(); ++i) {
+        Viewpoint view;
+        view.voxel = scene.grid.voxel(i);
+        view.position_m = scene.grid.center_of(view.voxel);
+        if (view.voxel.x % 2 + view.voxel.y % 2 + view.voxel.z % 2 > 0) continue;  // it takes every other one
+        if (!scene.space().traversable(view.voxel)) continue;
+        if (!cluster.bounds_m.inflated(reach_m).contains(view.position_m)) continue;
+        const bool sees = sampler.seen_part(scene.space(), view, cluster) > 0.0;
+        const bool searched = asked.contains(i);
+        if (!searched) REQUIRE_FALSE(sees);
+        left_out += !searched;
+        asked_after += searched;
+        seeing += sees;
+      }
+    }
+  }
+  CHECK(left_out > 100);
+  CHECK(seeing > asked_after / 10);
 }
