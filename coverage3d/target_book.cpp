@@ -91,6 +91,7 @@ void TargetBook::look_again(Target& target) {
 /// lost anywhere, where ways close: of many targets, some are asked after in each update.
 void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinder& finder,
                          const ViewpointPlaces& places, double time_s, mapping::WorkerPool* workers) {
+  time_s_ = time_s;
   const std::vector<Task> all = bequeath(finder);
   const GridSpec& grid = space.grid();
   const ChangedPlaces changed(grid, finder.changed_blocks());
@@ -111,8 +112,7 @@ void TargetBook::refresh(const planning3d::FreeSpace& space, const FrontierFinde
       if (target.views.empty()) look_again(target);
     }
     if (!target.gains_old || time_s - target.gains_time_s < kGainsKept_s) return;
-    target.gains_old = false;
-    target.gains_time_s = time_s;
+    worked_out(target);
     for (Viewpoint& view : target.views) {
       view.gain_m3 = sampler_.gain_m3(space.map(), view.position_m, view.yaw_rad);
     }
@@ -130,7 +130,8 @@ std::vector<TargetBook::Task> TargetBook::bequeath(const FrontierFinder& finder)
       kept.push_back({&target, &cluster->second});
       return false;
     }
-    if (!target.views.empty()) heirlooms_.push_back({target.center_m, std::move(target.views), target.handed_on});
+    if (!target.views.empty())
+      heirlooms_.push_back({target.center_m, std::move(target.views), target.handed_on, target.gains_time_s});
     return true;
   });
   return kept;
@@ -144,11 +145,24 @@ std::vector<const TargetBook::Heirloom*> TargetBook::heirlooms_near(const Fronti
   return near;
 }
 
-std::vector<Viewpoint> TargetBook::inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
-                                             const std::vector<const Heirloom*>& heirlooms) const {
+void TargetBook::inherit(const planning3d::FreeSpace& space, const Task& task,
+                         const std::vector<const Heirloom*>& heirlooms) const {
   std::vector<Viewpoint> views;
-  for (const Heirloom* heirloom : heirlooms) views.insert(views.end(), heirloom->views.begin(), heirloom->views.end());
-  return views.empty() ? views : sampler_.inherit(space, cluster, views);
+  double gains_time_s = time_s_;
+  for (const Heirloom* heirloom : heirlooms) {
+    views.insert(views.end(), heirloom->views.begin(), heirloom->views.end());
+    gains_time_s = std::min(gains_time_s, heirloom->gains_time_s);
+  }
+  if (views.empty()) return;
+  task.target->views = sampler_.inherit(space, *task.cluster, views);
+  if (!sampler_.config().sensor.panoramic()) return worked_out(*task.target);
+  task.target->gains_time_s = gains_time_s;
+  task.target->gains_old = true;
+}
+
+void TargetBook::worked_out(Target& target) const {
+  target.gains_time_s = time_s_;
+  target.gains_old = false;
 }
 
 /// Most clusters change by a few voxels at a time: where there is much to do, what was seen well goes on to be seen
@@ -158,10 +172,10 @@ bool TargetBook::takes_over(const planning3d::FreeSpace& space, const Task& task
   int handed_on = kHandedOn;
   for (const Heirloom* heirloom : heirlooms) handed_on = std::min(handed_on, heirloom->handed_on + 1);
   if (handed_on >= kHandedOn) return false;
-  std::vector<Viewpoint> views = inherited(space, *task.cluster, heirlooms);
+  inherit(space, task, heirlooms);
+  const std::vector<Viewpoint>& views = task.target->views;
   if (std::none_of(views.begin(), views.end(), [](const Viewpoint& v) { return v.seen_fraction >= kSeenWell; }))
     return false;
-  task.target->views = std::move(views);
   task.target->handed_on = handed_on;
   return true;
 }
@@ -197,6 +211,7 @@ std::vector<TargetBook::Task> TargetBook::undecided_first_to_last(const Frontier
 
 void TargetBook::search(const planning3d::FreeSpace& space, const ViewpointPlaces& places, const Task& task) const {
   task.target->views = sampler_.search(space, *task.cluster, places);
+  worked_out(*task.target);
   task.target->searched = true;
   ++task.target->searches;
   if (!task.target->views.empty() || places.layers_m.empty()) return;
@@ -228,12 +243,12 @@ std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierF
       if (!busy || !takes_over(space, sampled[i])) {
         sampled[i].target->views = sampler_.sample(space, *sampled[i].cluster, places);
         sampled[i].target->handed_on = 0;
+        worked_out(*sampled[i].target);
       }
-      sampled[i].target->gains_old = false;
       sampled[i].target->fresh = true;
     } else {
       const Task& task = inheriting[i - sampled.size()];
-      task.target->views = inherited(space, *task.cluster, heirlooms_near(*task.cluster));
+      inherit(space, task, heirlooms_near(*task.cluster));
     }
   });
   std::vector<Task> searched;

@@ -64,6 +64,7 @@ class TargetBook {
     Eigen::Vector3d center_m;
     std::vector<Viewpoint> views;
     int handed_on;
+    double gains_time_s;
   };
   /// A target to be looked for.
   struct Task {
@@ -77,13 +78,15 @@ class TargetBook {
   std::vector<Task> bequeath(const FrontierFinder& finder);
   static bool undecided(const Target& target);
   std::vector<const Heirloom*> heirlooms_near(const FrontierCluster& cluster) const;
-  std::vector<Viewpoint> inherited(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
-                                   const std::vector<const Heirloom*>& heirlooms) const;
+  void inherit(const planning3d::FreeSpace& space, const Task& task,
+               const std::vector<const Heirloom*>& heirlooms) const;
+  void worked_out(Target& target) const;
   bool takes_over(const planning3d::FreeSpace& space, const Task& task) const;
 
   ViewpointSampler sampler_;
   IdTable<Target> targets_;
   std::size_t refreshed_ = 0;  ///< times
+  double time_s_ = 0.0;        ///< of the last time
   std::vector<Heirloom> heirlooms_;
 };
 

@@ -280,7 +280,8 @@ Viewpoint ViewpointSampler::judge(const mapping::OccupancyMap& map, const VoxelI
 
 std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& space,
                                                  const std::vector<VoxelIndex>& candidates,
-                                                 const std::vector<Target>& targets) const {
+                                                 const std::vector<Target>& targets,
+                                                 const std::vector<double>& gains_m3) const {
   SightLines lines;
   const std::vector<int> seen = rough_counts(space.map(), candidates, targets, lines);
   std::vector<std::pair<int, std::size_t>> ranked;
@@ -300,6 +301,7 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
   std::vector<Viewpoint> judged;
   for (const auto& [rank, i] : ranked) {
     Viewpoint view = judge(space.map(), candidates[i], targets, lines);
+    if (!gains_m3.empty()) view.gain_m3 = gains_m3[i];
     if (!view.seen_cells.empty()) judged.push_back(std::move(view));
   }
   const auto drop_poor_ones = [&judged] {
@@ -308,7 +310,8 @@ std::vector<Viewpoint> ViewpointSampler::best_of(const planning3d::FreeSpace& sp
     std::erase_if(judged, [&](const Viewpoint& view) { return view.seen_fraction < kLeastSeen * most_seen; });
   };
   if (config_.sensor.panoramic()) drop_poor_ones();  // turning changes nothing of what is seen
-  for (Viewpoint& view : judged) turn_to_most(space.map(), view);
+  if (gains_m3.empty())
+    for (Viewpoint& view : judged) turn_to_most(space.map(), view);
   if (!config_.sensor.panoramic()) drop_poor_ones();
   std::stable_sort(judged.begin(), judged.end(),
                    [](const Viewpoint& a, const Viewpoint& b) { return a.gain_m3 > b.gain_m3; });
@@ -364,10 +367,13 @@ std::vector<Viewpoint> ViewpointSampler::inherit(const planning3d::FreeSpace& sp
                                                  const std::vector<Viewpoint>& views) const {
   const std::vector<Target> aims = targets(space, cluster, config_.max_cells);
   std::vector<VoxelIndex> places;
+  std::vector<double> gains_m3;
   for (const Viewpoint& view : views) {
-    if (space.traversable(view.voxel)) places.push_back(view.voxel);
+    if (!space.traversable(view.voxel)) continue;
+    places.push_back(view.voxel);
+    if (config_.sensor.panoramic()) gains_m3.push_back(view.gain_m3);  // from there; others may have to turn
   }
-  return aims.empty() ? std::vector<Viewpoint>{} : best_of(space, places, aims);
+  return aims.empty() ? std::vector<Viewpoint>{} : best_of(space, places, aims, gains_m3);
 }
 
 std::vector<Viewpoint> ViewpointSampler::search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,

@@ -61,7 +61,8 @@ class ViewpointSampler {
   std::vector<Viewpoint> search(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                 const ViewpointPlaces& places) const;
 
-  /// Those of a vanished cluster's views from which this one is seen, with what they show now; best first.
+  /// Those of a vanished cluster's views from which this one is seen, with what they show of it now; best first. Gains
+  /// of a sensor that sees all round are those that the views had.
   std::vector<Viewpoint> inherit(const planning3d::FreeSpace& space, const FrontierCluster& cluster,
                                  const std::vector<Viewpoint>& views) const;
 
@@ -83,8 +84,9 @@ class ViewpointSampler {
     Eigen::Vector3d unknown_m;
   };
   std::vector<Target> targets(const planning3d::FreeSpace& space, const FrontierCluster& cluster, int most) const;
+  /// @param gains_m3  of the candidates; empty: they are worked out, and the views turned to where they are largest
   std::vector<Viewpoint> best_of(const planning3d::FreeSpace& space, const std::vector<VoxelIndex>& candidates,
-                                 const std::vector<Target>& targets) const;
+                                 const std::vector<Target>& targets, const std::vector<double>& gains_m3 = {}) const;
   double sight_m(const GridSpec& grid) const;
   static bool sees(const mapping::OccupancyMap& map, std::uint32_t stop, const Target& target);
   std::vector<int> rough_counts(const mapping::OccupancyMap& map, const std::vector<VoxelIndex>& candidates,

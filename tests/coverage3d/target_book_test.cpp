@@ -80,19 +80,41 @@ struct HalfKnownHall {
 TEST_CASE("gains are worked out again when the map changed nearby, but not all the time", "[target_book]") {
   HalfKnownHall hall;
   hall.update(10.0);
-  hall.set_plane(kKnown + 3, true);
-  hall.update(10.5);
-  const double before_m3 = hall.target().views.front().gain_m3;
-  REQUIRE(before_m3 == hall.gain_now_m3(hall.target().views.front()));
-  hall.set_plane(kKnown + 2, true);
-  hall.update(11.0);
   const Viewpoint& view = hall.target().views.front();
+  const double before_m3 = view.gain_m3;
+  REQUIRE(before_m3 == hall.gain_now_m3(view));
+  hall.set_plane(kKnown + 2, true);
+  hall.update(10.5);
   CHECK(hall.gain_now_m3(view) < before_m3);
   CHECK(view.gain_m3 == before_m3);
-  hall.update(11.2);
+  hall.update(10.8);
   CHECK(view.gain_m3 == before_m3);
-  hall.update(11.5);  // nothing changed since, but what did was not looked at yet
+  hall.update(11.0);  // nothing changed since, but what did was not looked at yet
   CHECK(view.gain_m3 == hall.gain_now_m3(view));
+}
+
+TEST_CASE("views that are handed on keep their gains until these are old", "[target_book]") {
+  TargetBook::Budget budget;
+  budget.samples = 1;
+  HalfKnownHall hall;
+  hall.update(10.0);
+  const Viewpoint before = hall.target().views.front();
+  const std::uint32_t cluster = (*hall.book.targets().begin()).first;
+  hall.set_plane(kKnown + 2, true);
+  for (int z = 0; z < 16; ++z) hall.map.update({kKnown, 2, z}, false);
+  const auto view_now = [&]() -> const Viewpoint& {
+    REQUIRE((*hall.book.targets().begin()).first != cluster);
+    const auto& views = hall.target().views;
+    const auto found =
+        std::find_if(views.begin(), views.end(), [&](const Viewpoint& v) { return v.voxel == before.voxel; });
+    REQUIRE(found != views.end());
+    return *found;
+  };
+  hall.update(10.5, budget);
+  CHECK(hall.gain_now_m3(before) < before.gain_m3);
+  CHECK(view_now().gain_m3 == before.gain_m3);
+  hall.update(11.0, budget);
+  CHECK(view_now().gain_m3 == hall.gain_now_m3(before));
 }
 
 TEST_CASE("where there is much to look at a cluster that changes a little is mostly seen from the same places",
