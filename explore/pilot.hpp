@@ -35,8 +35,8 @@ struct FlightDraft {
   planning3d::FallbackResult found;
   std::vector<Eigen::Vector3d> path_m;  ///< the last that a motion was tried along
   std::optional<Trajectory> motion;
-  double horizon_m;       ///< motions lead so far along their paths
-  bool part_way = false;  ///< the motion ends before the path does
+  double horizon_m = 0.0;  ///< motions lead so far along their paths
+  bool part_way = false;   ///< the motion ends before the path does
 };
 
 /// Turns goals into safe motions: planner, fallback planner, trajectory, safety check against map and fellows. Without
