@@ -189,8 +189,8 @@ bool Fleet::Impl::wants_goal(const Uav& uav) {
   const double left_s = uav.commanded().end_time_s() - now_s();
   const double flown_s = now_s() - uav.goal_given_s;
   if (flown_s < kLeastFlight_s && left_s > kBraking_s) return false;
-  const bool far_to_go = left_s > kNearlyThere_s;
   if (must_plan_on(uav)) return true;
+  const bool far_to_go = left_s > kNearlyThere_s;
   if (far_to_go && flown_s >= config.replan_period_s) return true;
   return !uav.belief->strategy->still_useful(uav.belief->space(), *uav.goal);
 }

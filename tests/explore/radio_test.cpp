@@ -14,11 +14,10 @@
 using namespace stairwell;
 using explore::Fleet;
 using explore::StopReason;
+using test::no_clock;
 using test::ToySimulation;
 
 namespace {
-
-double no_clock() { return 0.0; }
 
 const std::vector<Eigen::Vector3d> kStarts_m{{0.7, 0.7, 1.0}, {0.7, 2.0, 1.0}, {0.7, 3.3, 1.0}};
 

@@ -12,11 +12,10 @@ using namespace stairwell;
 using explore::Fleet;
 using explore::ReturnTo;
 using explore::StopReason;
+using test::no_clock;
 using test::ToySimulation;
 
 namespace {
-
-double no_clock() { return 0.0; }
 
 const std::vector<Eigen::Vector3d> kTwoStarts_m{{0.8, 0.8, 1.0}, {0.8, 3.2, 1.0}};
 

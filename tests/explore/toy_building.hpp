@@ -8,8 +8,11 @@
 #include "sim3d/vehicles.hpp"
 #include "sim3d/world.hpp"
 
+#include <map>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace stairwell::test {
@@ -95,5 +98,26 @@ inline explore::FleetConfig toy_config() {
   config.charge_planning = false;
   return config;
 }
+
+inline double no_clock() { return 0.0; }
+
+inline std::vector<mapping::OccupancyMap> only(mapping::OccupancyMap map) {
+  std::vector<mapping::OccupancyMap> maps;
+  maps.push_back(std::move(map));
+  return maps;
+}
+
+/// Counts events and notes who has just begun to look for a goal.
+struct RecordingLog final : explore::ExplorationLog {
+  void on_state(double, std::size_t uav, std::string_view state) override {
+    searching[uav] = state == "find_goal" || state == "radial_scan";
+  }
+  void on_event(double, std::size_t, std::string_view event, std::string_view) override {
+    ++events[std::string(event)];
+  }
+
+  std::map<std::string, int> events;
+  std::map<std::size_t, bool> searching;
+};
 
 }  // namespace stairwell::test
