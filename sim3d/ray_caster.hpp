@@ -34,6 +34,12 @@ class RayCaster {
   /// @throws std::invalid_argument when the spans differ in size.
   void cast_from(const Eigen::Vector3f& origin_m, std::span<const Eigen::Vector3f> directions, float max_range_m,
                  std::span<float> distances_m) const;
+  /// The same for directions in rows of `columns`, neighbours beside and above each other, in half the time: by a tree
+  /// that now and then lets a ray slip between two triangles, after which rays that reach farther than their neighbours
+  /// are cast as above. Distances are those of `cast_from` to 1e-5 of themselves, but for rays that graze a rim.
+  /// @throws std::invalid_argument when the spans differ in size or the rows are not whole.
+  void cast_lattice(const Eigen::Vector3f& origin_m, std::span<const Eigen::Vector3f> directions, int columns,
+                    float max_range_m, std::span<float> distances_m) const;
   /// The same for rays that share nothing; each has its own origin and range.
   void cast_many(std::span<const Eigen::Vector3f> origins_m, std::span<const Eigen::Vector3f> directions,
                  std::span<const float> max_ranges_m, std::span<float> distances_m) const;

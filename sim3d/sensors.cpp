@@ -56,19 +56,6 @@ std::vector<Eigen::Vector3f> lidar_lattice(const SensorModel& model) {
   return directions;
 }
 
-/// The rays of a lattice tile by tile, so that a packet of rays is a narrow bundle and not a long row.
-std::vector<std::uint32_t> tile_by_tile(int columns, int rows) {
-  constexpr int kTile = 4;
-  std::vector<std::uint32_t> order;
-  order.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  for (int row = 0; row < rows; row += kTile)
-    for (int column = 0; column < columns; column += kTile)
-      for (int y = row; y < std::min(rows, row + kTile); ++y)
-        for (int x = column; x < std::min(columns, column + kTile); ++x)
-          order.push_back(static_cast<std::uint32_t>(y * columns + x));
-  return order;
-}
-
 std::uint64_t hash_of(std::string_view text) {
   std::uint64_t hash = 0xCBF29CE484222325ULL;  // FNV-1a
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
@@ -127,7 +114,6 @@ SimulatedSensor::SimulatedSensor(std::shared_ptr<const RayCaster> caster, const 
     throw InputError("sensor noise: sigma and step must not be negative, drop-outs within 0..1");
   }
   directions_ = model_.kind == SensorKind::kDepthCamera ? camera_lattice(model_) : lidar_lattice(model_);
-  tiled_ = tile_by_tile(model_.rays_azimuth, model_.rays_elevation);
 }
 
 void SimulatedSensor::set_fellows(std::vector<Eigen::Vector3d> centers_m, double radius_m) {
@@ -138,17 +124,17 @@ void SimulatedSensor::set_fellows(std::vector<Eigen::Vector3d> centers_m, double
 std::vector<float> SimulatedSensor::ranges_m(const Pose& T_world_sensor,
                                              const std::vector<Eigen::Vector3f>& directions_sensor) const {
   const Eigen::Matrix3f R_world_sensor = T_world_sensor.linear().cast<float>();
-  const bool whole = directions_sensor.size() == tiled_.size();  // drawn ones are cast as they come
-  const auto ray = [&](std::size_t i) { return whole ? std::size_t{tiled_[i]} : i; };
-  std::vector<Eigen::Vector3f> directions_world(directions_sensor.size());
-  for (std::size_t i = 0; i < directions_sensor.size(); ++i) {
-    directions_world[i] = R_world_sensor * directions_sensor[ray(i)];
-  }
-  std::vector<float> cast_m(directions_sensor.size());
-  caster_->cast_from(T_world_sensor.translation().cast<float>(), directions_world,
-                     static_cast<float>(model_.max_range_m), cast_m);
+  std::vector<Eigen::Vector3f> directions_world;
+  directions_world.reserve(directions_sensor.size());
+  for (const Eigen::Vector3f& direction : directions_sensor) directions_world.push_back(R_world_sensor * direction);
+  const Eigen::Vector3f origin_m = T_world_sensor.translation().cast<float>();
+  const auto range_m = static_cast<float>(model_.max_range_m);
   std::vector<float> found_m(directions_sensor.size());
-  for (std::size_t i = 0; i < cast_m.size(); ++i) found_m[ray(i)] = cast_m[i];
+  if (directions_sensor.size() == directions_.size()) {
+    caster_->cast_lattice(origin_m, directions_world, model_.rays_azimuth, range_m, found_m);
+  } else {
+    caster_->cast_from(origin_m, directions_world, range_m, found_m);  // drawn ones, as they come
+  }
   const Pose T_sensor_world = T_world_sensor.inverse();
   for (const Eigen::Vector3d& center_world_m : fellows_m_) {
     const Eigen::Vector3f center_m = (T_sensor_world * center_world_m).cast<float>();

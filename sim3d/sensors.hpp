@@ -53,7 +53,6 @@ class SimulatedSensor final : public DepthSource {
   std::uint64_t stream_hash_ = 0;
   std::uint64_t scans_taken_ = 0;
   std::vector<Eigen::Vector3f> directions_;  ///< unit, sensor frame, the whole lattice
-  std::vector<std::uint32_t> tiled_;         ///< its rays, those that point alike following one another
   std::vector<Eigen::Vector3d> fellows_m_;
   double fellow_radius_m_ = 0.0;
 };

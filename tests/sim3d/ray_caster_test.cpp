@@ -1,5 +1,6 @@
 #include "sim3d/ray_caster.hpp"
 
+#include "core/units.hpp"
 #include "test_meshes.hpp"
 
 #include <catch2/catch.hpp>
@@ -101,6 +102,73 @@ TEST_CASE("No ray slips out of a closed box, not even through edges and corners"
   CHECK(std::all_of(distances_m.begin(), distances_m.end(), [](float d) { return std::isfinite(d); }));
 }
 
+/// All round, one column every 2 degrees, from -60 to 60 degrees.
+std::vector<Eigen::Vector3f> panorama(int columns, int rows, double turned_rad) {
+  std::vector<Eigen::Vector3f> directions;
+  for (int row = 0; row < rows; ++row) {
+    const double up_rad = kPi / 3.0 * (2.0 * row / (rows - 1) - 1.0);
+    for (int column = 0; column < columns; ++column) {
+      const double round_rad = turned_rad + 2.0 * kPi * column / columns;
+      directions.push_back(Eigen::Vector3d(std::cos(up_rad) * std::cos(round_rad),
+                                           std::cos(up_rad) * std::sin(round_rad), std::sin(up_rad))
+                               .cast<float>());
+    }
+  }
+  return directions;
+}
+
+TEST_CASE("A lattice of rays finds what the same rays find one by one") {
+  std::vector<float> plain_m(180 * 61), lattice_m(180 * 61);
+  Rng rng = make_rng(3, "ray caster");
+  std::size_t differ = 0;
+  std::size_t rays = 0;
+  for (int round = 0; round < 60; ++round) {
+    TriangleMesh mesh = test::box_mesh({-6.0, -5.0, 0.0}, {6.0, 5.0, 2.5});
+    for (int i = 0; i < 12; ++i) {
+      const Eigen::Vector3d lo_m = test::random_point(rng, 4.0);
+      mesh.append(test::box_mesh({lo_m.x(), lo_m.y(), 0.0}, {lo_m.x() + 0.6, lo_m.y() + 0.8, 1.0 + 0.1 * i}));
+    }
+    const RayCaster caster(mesh);
+    const Eigen::Vector3f origin_m = test::random_point(rng, 3.0).cast<float>().cwiseAbs().cwiseMin(2.4f);
+    const auto directions = panorama(180, 61, rng.uniform());
+    caster.cast_from(origin_m, directions, 8.0f, plain_m);
+    caster.cast_lattice(origin_m, directions, 180, 8.0f, lattice_m);
+    for (std::size_t i = 0; i < plain_m.size(); ++i)
+      differ += agrees(static_cast<double>(lattice_m[i]), static_cast<double>(plain_m[i])) ? 0 : 1;
+    rays += plain_m.size();
+  }
+  CAPTURE(differ, rays);
+  CHECK(differ <= rays / 100000);  // those that graze a rim
+}
+
+TEST_CASE("Rays of a lattice that meet an edge of triangles do not slip through") {
+  Rng rng = make_rng(4, "ray caster");
+  for (int round = 0; round < 20; ++round) {
+    const TriangleMesh mesh = test::box_mesh(Eigen::Vector3d(-2.0, -1.0, -1.5) - test::random_point(rng, 0.5),
+                                             Eigen::Vector3d(2.0, 1.5, 1.0) + test::random_point(rng, 0.5));
+    const RayCaster caster(mesh);
+    const Eigen::Vector3f origin_m = test::random_point(rng, 0.3).cast<float>();
+    for (int ray = 0; ray < 300; ++ray) {
+      const auto [a, b, c] = test::corners_of(mesh, static_cast<std::size_t>(ray) % mesh.triangles.size());
+      const Eigen::Vector3f edge_m = (a + rng.uniform() * (b - a)).cast<float>();
+      const Eigen::Vector3f ahead = (edge_m - origin_m).normalized();
+      const Eigen::Vector3f right = ahead.cross(Eigen::Vector3f::UnitZ()).normalized();
+      std::vector<Eigen::Vector3f> directions;
+      for (const float up : {-0.02f, 0.0f, 0.02f})
+        for (const float side : {-0.02f, 0.0f, 0.02f})
+          directions.push_back((ahead + side * right + up * right.cross(ahead)).normalized());
+      directions[4] = ahead;
+      std::vector<float> distances_m(9), plain_m(9);
+      caster.cast_lattice(origin_m, directions, 3, 10.0f, distances_m);
+      caster.cast_from(origin_m, directions, 10.0f, plain_m);
+      for (std::size_t i = 0; i < 9; ++i) {
+        CAPTURE(round, ray, i, plain_m[i], distances_m[i]);
+        REQUIRE(agrees(static_cast<double>(distances_m[i]), static_cast<double>(plain_m[i])));
+      }
+    }
+  }
+}
+
 TEST_CASE("An empty world has nothing to hit; wrong meshes and sizes are refused") {
   const RayCaster empty{TriangleMesh{}};
   CHECK(std::isinf(empty.cast({0, 0, 0}, {1, 0, 0}, 10.0f).distance_m));
@@ -111,6 +179,12 @@ TEST_CASE("An empty world has nothing to hit; wrong meshes and sizes are refused
   CHECK(std::isinf(distances_m[1]));
   distances_m.pop_back();
   CHECK_THROWS_AS(empty.cast_from({0, 0, 0}, directions, 10.0f, distances_m), std::invalid_argument);
+  CHECK_THROWS_AS(empty.cast_lattice({0, 0, 0}, directions, 2, 10.0f, distances_m), std::invalid_argument);
+  distances_m.push_back(1.0f);
+  CHECK_THROWS_AS(empty.cast_lattice({0, 0, 0}, directions, 3, 10.0f, distances_m), std::invalid_argument);
+  empty.cast_lattice({0, 0, 0}, directions, 2, 10.0f, distances_m);
+  CHECK(std::isinf(distances_m[0]));
+  CHECK(std::isinf(distances_m[1]));
   TriangleMesh broken = test::box_mesh({0, 0, 0}, {1, 1, 1});
   broken.triangles[3][1] = 8;
   CHECK_THROWS_AS(RayCaster(broken), std::invalid_argument);
