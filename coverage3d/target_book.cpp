@@ -187,11 +187,22 @@ bool TargetBook::undecided(std::uint32_t cluster) const {
   return found == nullptr || undecided(*found);
 }
 
-/// Of the clusters worth a visit; deep ones first: where the budget ends, the UAVs shall know what is around them.
-std::vector<TargetBook::Task> TargetBook::undecided_first_to_last(const FrontierFinder& finder,
-                                                                  const ViewpointPlaces& places,
-                                                                  const std::function<bool(std::uint32_t)>& counts) {
-  std::vector<std::tuple<bool, double, std::uint32_t, const FrontierCluster*>> order;
+/// What is to be looked for, and how soon.
+struct TargetBook::Waiting {
+  bool shallow;
+  double nearest_m2;  ///< to a UAV
+  std::uint32_t id;
+  Task task;
+  bool operator<(const Waiting& other) const {
+    return std::tie(shallow, nearest_m2, id) < std::tie(other.shallow, other.nearest_m2, other.id);
+  }
+};
+
+/// Of the clusters worth a visit those that are undecided. Deep ones come first: where the budget ends, the UAVs shall
+/// know what is around them.
+std::vector<TargetBook::Waiting> TargetBook::waiting(const FrontierFinder& finder, const ViewpointPlaces& places,
+                                                     const std::function<bool(std::uint32_t)>& counts) {
+  std::vector<Waiting> found;
   auto target = targets_.begin();  // both are in the order of ids
   for (const auto& [id, cluster] : finder.clusters()) {
     while (target != targets_.end() && target->first < id) ++target;
@@ -200,12 +211,19 @@ std::vector<TargetBook::Task> TargetBook::undecided_first_to_last(const Frontier
     double nearest_m2 = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& at_m : places.also_m)
       nearest_m2 = std::min(nearest_m2, (cluster.center_m - at_m).squaredNorm());
-    order.emplace_back(!finder.deep(cluster), nearest_m2, id, &cluster);
+    found.push_back({!finder.deep(cluster), nearest_m2, id, {nullptr, &cluster}});
   }
-  std::sort(order.begin(), order.end());
+  for (Waiting& one : found) one.task.target = &targets_[one.id];
+  return found;
+}
+
+/// Takes them out; there may be fewer.
+std::vector<TargetBook::Task> TargetBook::take_first(std::vector<Waiting>& waiting, int count) {
+  const auto last = waiting.begin() + std::min(std::ssize(waiting), static_cast<std::ptrdiff_t>(std::max(0, count)));
+  if (last != waiting.end()) std::nth_element(waiting.begin(), last, waiting.end());
   std::vector<Task> tasks;
-  tasks.reserve(order.size());
-  for (const auto& entry : order) tasks.push_back({&targets_[std::get<2>(entry)], std::get<3>(entry)});
+  for (auto one = waiting.begin(); one != last; ++one) tasks.push_back(one->task);
+  waiting.erase(waiting.begin(), last);
   return tasks;
 }
 
@@ -223,43 +241,36 @@ void TargetBook::search(const planning3d::FreeSpace& space, const ViewpointPlace
 std::size_t TargetBook::look(const planning3d::FreeSpace& space, const FrontierFinder& finder,
                              const ViewpointPlaces& places, const Budget& budget,
                              const std::function<bool(std::uint32_t)>& counts, mapping::WorkerPool* workers) {
-  const std::vector<Task> tasks = undecided_first_to_last(finder, places, counts);
-  Budget left = budget;
-  std::vector<Task> sampled, inheriting;
-  std::size_t pending = 0;
-  for (const Task& task : tasks) {
-    if (task.target->fresh) continue;
-    task.target->center_m = task.cluster->center_m;
-    if (left.samples-- > 0) {
-      sampled.push_back(task);
-      continue;
-    }
-    if (task.target->views.empty() && left.legacies-- > 0) inheriting.push_back(task);
-    ++pending;
+  std::vector<Waiting> searchable = waiting(finder, places, counts);
+  std::vector<Waiting> unseen;
+  for (const Waiting& one : searchable) {
+    if (!one.task.target->fresh) unseen.push_back(one);
   }
-  const bool busy = left.samples <= 0;
+  const bool busy = std::ssize(unseen) >= budget.samples;
+  const std::vector<Task> sampled = take_first(unseen, budget.samples);
+  std::size_t pending = unseen.size();
+  std::erase_if(unseen, [](const Waiting& one) { return !one.task.target->views.empty(); });
+  const std::vector<Task> inheriting = take_first(unseen, budget.legacies);
   mapping::for_each_index(workers, sampled.size() + inheriting.size(), [&](std::size_t i) {
-    if (i < sampled.size()) {
-      if (!busy || !takes_over(space, sampled[i])) {
-        sampled[i].target->views = sampler_.sample(space, *sampled[i].cluster, places);
-        sampled[i].target->handed_on = 0;
-        worked_out(*sampled[i].target);
-      }
-      sampled[i].target->fresh = true;
-    } else {
-      const Task& task = inheriting[i - sampled.size()];
-      inherit(space, task, heirlooms_near(*task.cluster));
+    const Task& task = i < sampled.size() ? sampled[i] : inheriting[i - sampled.size()];
+    task.target->center_m = task.cluster->center_m;
+    if (i >= sampled.size()) return inherit(space, task, heirlooms_near(*task.cluster));
+    if (!busy || !takes_over(space, task)) {
+      task.target->views = sampler_.sample(space, *task.cluster, places);
+      task.target->handed_on = 0;
+      worked_out(*task.target);
     }
+    task.target->fresh = true;
   });
-  std::vector<Task> searched;
-  for (const Task& task : tasks) {
-    if (!task.target->fresh || !task.target->views.empty() || task.target->searched) continue;
-    if (left.searches-- > 0) {
-      searched.push_back(task);
-    } else {
-      ++pending;
-    }
-  }
+  std::erase_if(searchable, [](const Waiting& one) {
+    const Target& target = *one.task.target;
+    return !target.fresh || !target.views.empty() || target.searched;
+  });
+  pending += searchable.size();
+  // Whoever found nothing once hardly ever does later: one in 200 clusters in a building of twelve storeys.
+  if (busy) std::erase_if(searchable, [](const Waiting& one) { return one.task.target->searches > 0; });
+  const std::vector<Task> searched = take_first(searchable, budget.searches);
+  pending -= searched.size();
   mapping::for_each_index(workers, searched.size(), [&](std::size_t i) { search(space, places, searched[i]); });
   return pending;
 }

@@ -71,8 +71,10 @@ class TargetBook {
     Target* target;
     const FrontierCluster* cluster;
   };
-  std::vector<Task> undecided_first_to_last(const FrontierFinder& finder, const ViewpointPlaces& places,
-                                            const std::function<bool(std::uint32_t)>& counts);
+  struct Waiting;
+  std::vector<Waiting> waiting(const FrontierFinder& finder, const ViewpointPlaces& places,
+                               const std::function<bool(std::uint32_t)>& counts);
+  static std::vector<Task> take_first(std::vector<Waiting>& waiting, int count);
   void search(const planning3d::FreeSpace& space, const ViewpointPlaces& places, const Task& task) const;
   static void look_again(Target& target);
   std::vector<Task> bequeath(const FrontierFinder& finder);

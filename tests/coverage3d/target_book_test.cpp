@@ -135,3 +135,19 @@ TEST_CASE("where there is much to look at a cluster that changes a little is mos
     CHECK(std::includes(first.begin(), first.end(), now.begin(), now.end()) == (much && round < 4));
   }
 }
+
+TEST_CASE("where there is much to look at, what was searched for in vain is not searched for again", "[target_book]") {
+  const bool much = GENERATE(true, false);
+  TargetBook::Budget budget;
+  budget.samples = much ? 1 : 2;
+  HalfKnownHall hall;
+  hall.places.reachable = [](const VoxelIndex&) { return false; };
+  hall.update(0.0, budget);
+  const auto searches = [&] { return (*hall.book.targets().begin()).second.searches; };
+  REQUIRE(hall.book.targets().size() == 1);
+  REQUIRE(searches() == 1);
+  for (int i = 0; i < 5; ++i) hall.map.update({24, 8, 8}, true);  // nearby, but the cluster stays
+  hall.update(1.0, budget);
+  CHECK(hall.book.targets().size() == 1);
+  CHECK(searches() == (much ? 1 : 2));
+}

@@ -163,3 +163,51 @@ TEST_CASE("a long way is flown part by part, without a stop between, resumed or 
   }
   CHECK(log.longest_m > 10.0);  // home it goes all the way
 }
+
+TEST_CASE("where very much is to be visited UAVs under way are decided for once a second, resumed or not") {
+  static std::vector<double> asked_s;  // strategies are made by the fleet
+  static std::size_t open_targets;
+  struct AlwaysAsked final : MadeUpGoals {
+    std::optional<Eigen::Vector3d> goal_m(const coverage3d::UavView&) const override {
+      return Eigen::Vector3d(11.4, 1.0, 1.25);
+    }
+    coverage3d::Assignment assign(const planning3d::FreeSpace& space,
+                                  const coverage3d::AssignmentRequest& request) override {
+      asked_s.push_back(request.time_s);
+      coverage3d::Assignment assignment = MadeUpGoals::assign(space, request);
+      assignment.open_targets = open_targets;
+      return assignment;
+    }
+    bool still_useful(const planning3d::FreeSpace&, const coverage3d::Goal&) override { return false; }
+  };
+  auto config = hall_config(12.0);
+  config.limits.speed_mps = 0.5;
+  config.sensor.elevation_lo_rad = rad_from_deg(-20.0);
+  config.sensor.elevation_hi_rad = rad_from_deg(20.0);
+  config.own_coverage = [](const coverage3d::CoverageConfig&) { return std::make_unique<AlwaysAsked>(); };
+  const bool much = GENERATE(false, true);
+  const bool resumed = GENERATE(false, true);
+  asked_s.clear();
+  open_targets = much ? 1001 : 1000;
+  const Eigen::Vector3d start_m(0.6, 1.0, 1.25);
+  ToySimulation sim(hall(12.0F), config, {start_m});
+  ToySimulation again(hall(12.0F), config, {start_m});
+  RecordingLog log;
+  Fleet fleet(config, sim.doors(), log, no_clock);
+  Fleet later(config, again.doors(), log, no_clock);
+  Fleet* flown = &fleet;
+  while (flown->step() && flown->uav_state(0).position_m.x() < 7.0) {
+    if (!resumed || flown != &fleet || flown->uav_state(0).position_m.x() < 4.0) continue;
+    if (flown->time_s() < asked_s.back() + 0.25) continue;  // between two decisions
+    const auto file = testing::test_folder() / "together.ot";
+    mapping::save_octomap(fleet.map(), file);
+    later.load_state(fleet.save_state(),
+                     only(mapping::map_from_octree(*mapping::load_octree(file), fleet.map().grid())));
+    flown = &later;
+  }
+  REQUIRE(asked_s.size() > 8);
+  for (std::size_t i = 1; i < asked_s.size(); ++i) {
+    CAPTURE(much, resumed, i, asked_s[i]);
+    CHECK(asked_s[i] - asked_s[i - 1] == Approx(much ? 1.0 : 0.5).margin(0.11));
+  }
+}
