@@ -75,8 +75,6 @@ std::unique_ptr<Belief> Belief::clone(std::uint64_t belief_id) const {
   copy->yield_voxels = yield_voxels;
   copy->fruitless = fruitless;
   copy->fruitless_voxels = fruitless_voxels;
-  copy->decided_s = decided_s;
-  copy->open_targets = open_targets;
   copy->winding_down = winding_down;
   return copy;
 }

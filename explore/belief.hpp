@@ -58,8 +58,6 @@ struct Belief {
   std::size_t yield_voxels = 0;                                ///< known voxels then
   std::size_t fruitless = 0;                                   ///< goals at which nothing new was seen ...
   std::size_t fruitless_voxels = 0;                            ///< ... since so many voxels were known
-  double decided_s = -1.0;                                     ///< when goals were given last ...
-  std::size_t open_targets = 0;                                ///< ... and what there was to visit then
   bool winding_down = false;                                   ///< no more goals are given
 };
 

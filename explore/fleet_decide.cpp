@@ -20,16 +20,14 @@ using coverage3d::UavView;
 
 namespace {
 
-constexpr double kRetry_s = 0.5;         // after "nothing for you" or a fellow in the way
-constexpr int kGiveUpWaiting = 12;       // plans in a row before a goal blocked by fellows is given up
-constexpr double kSettled_s = 1.0;       // nobody has anything to do for this long: the end
-constexpr double kNearlyThere_s = 2.5;   // a goal this near is not given up for another one
-constexpr double kLeastFlight_s = 0.5;   // towards a goal before another is asked for ...
-constexpr double kBraking_s = 1.2;       // ... unless the motion ends so soon that it slows down
-constexpr double kHorizon_s = 10.0;      // longer ways to goals are flown part by part, ...
-constexpr double kPlanOn_s = 5.0;        // the next one planned this long before the last one ends
-constexpr double kTogether_s = 1.0;      // UAVs under way are decided for at most this often, together, ...
-constexpr std::size_t kMuchToDo = 1000;  // ... where there are more targets than this
+constexpr double kRetry_s = 0.5;        // after "nothing for you" or a fellow in the way
+constexpr int kGiveUpWaiting = 12;      // plans in a row before a goal blocked by fellows is given up
+constexpr double kSettled_s = 1.0;      // nobody has anything to do for this long: the end
+constexpr double kNearlyThere_s = 2.5;  // a goal this near is not given up for another one
+constexpr double kLeastFlight_s = 0.5;  // towards a goal before another is asked for ...
+constexpr double kBraking_s = 1.2;      // ... unless the motion ends so soon that it slows down
+constexpr double kHorizon_s = 10.0;     // longer ways to goals are flown part by part, ...
+constexpr double kPlanOn_s = 5.0;       // the next one planned this long before the last one ends
 constexpr double kSameGoal_m = 0.15;
 constexpr double kSameYaw_rad = 0.2;
 constexpr double kRescan_m = 0.5;         // no second radial scan within this distance of the last one
@@ -100,16 +98,7 @@ void Fleet::Impl::decide_together(Belief& belief) {
     if (belief.winding_down) uavs[id].idle = true;
     if (!belief.winding_down && wants_goal(uavs[id])) wanting.push_back(id);
   }
-  if (wanting.empty()) return;
-  // In large worlds a decision takes long, and somebody wants one at every tick.
-  const bool may_wait = belief.open_targets > kMuchToDo && now_s() < belief.decided_s + kTogether_s - 0.5 * tick_s;
-  if (may_wait && std::ranges::all_of(wanting, [this](std::size_t id) { return can_wait(uavs[id]); })) return;
-  assign_goals(belief, wanting);
-}
-
-/// It does not brake before the next tick.
-bool Fleet::Impl::can_wait(const Uav& uav) const {
-  return uav.phase == Phase::kTravel && uav.commanded().end_time_s() - now_s() > kBraking_s + tick_s;
+  if (!wanting.empty()) assign_goals(belief, wanting);
 }
 
 void Fleet::Impl::advance_phase(Uav& uav) {
@@ -242,8 +231,6 @@ void Fleet::Impl::assign_goals(Belief& belief, const std::vector<std::size_t>& w
   request.passed_m = belief.passed_m();
   if (radio != nullptr) request.tasks = &tasks;
   const Assignment assignment = belief.strategy->assign(belief.space(), request);
-  belief.decided_s = now_s();
-  belief.open_targets = assignment.open_targets;
   stats.open_targets = assignment.open_targets;
   stats.unreachable_targets = assignment.unreachable_targets;
   const double assign_s = clock_s() - before_s;

@@ -67,7 +67,6 @@ struct Fleet::Impl {
   };
   Draft draft_flight(const Uav& uav, const coverage3d::Goal& goal, int thread);
   void draft_flights(const std::vector<std::size_t>& wanting, const coverage3d::Assignment& assignment);
-  bool can_wait(const Uav& uav) const;
   bool must_plan_on(const Uav& uav) const;
   bool keeps_goal(const Uav& uav, const coverage3d::Goal& goal) const;
   void fly(Uav& uav, const coverage3d::Goal& goal, double assign_s);

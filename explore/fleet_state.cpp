@@ -181,8 +181,6 @@ json to_json(const Belief& belief) {
             {"yield_voxels", belief.yield_voxels},
             {"fruitless", belief.fruitless},
             {"fruitless_voxels", belief.fruitless_voxels},
-            {"decided_s", belief.decided_s},
-            {"open_targets", belief.open_targets},
             {"winding_down", belief.winding_down},
             {"passed", json::array()}};
   for (const auto& [uav, track] : belief.passed) {
@@ -202,8 +200,6 @@ void restore(Belief& belief, const json& j, mapping::OccupancyMap map) {
   belief.yield_voxels = j.at("yield_voxels").get<std::size_t>();
   belief.fruitless = j.value("fruitless", std::size_t{0});
   belief.fruitless_voxels = j.value("fruitless_voxels", std::size_t{0});
-  belief.decided_s = j.value("decided_s", -1.0);
-  belief.open_targets = j.value("open_targets", std::size_t{0});
   belief.winding_down = j.at("winding_down").get<bool>();
   for (const json& track : j.at("passed")) {
     std::vector<Eigen::Vector3d>& places = belief.passed[track.at("uav").get<std::size_t>()];
