@@ -5,7 +5,6 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <mutex>
 #include <stdexcept>
@@ -206,29 +205,31 @@ void RayCaster::cast_lattice(const Eigen::Vector3f& origin_m, std::span<const Ei
   const auto rows = static_cast<int>(directions.size()) / columns;
   std::call_once(impl_->fast_scene_made, [this] { impl_->fast_scene = impl_->make_scene(RTC_SCENE_FLAG_NONE); });
   Packet packet;
+  const auto cast_chosen = [&](RTCScene scene, RTCIntersectContextFlags coherence, std::span<const std::size_t> rays) {
+    for (std::size_t begin = 0; begin < rays.size(); begin += kPacket) {
+      const auto chosen = rays.subspan(begin, std::min(kPacket, rays.size() - begin));
+      for (std::size_t lane = 0; lane < chosen.size(); ++lane)
+        packet.set(lane, origin_m, directions[chosen[lane]], max_range_m);
+      packet.cast(scene, coherence, chosen.size());
+      for (std::size_t lane = 0; lane < chosen.size(); ++lane) distances_m[chosen[lane]] = packet.distance_m(lane);
+    }
+  };
+  std::vector<std::size_t> rays;
   for (int row = 0; row < rows; row += kTile) {
     for (int column = 0; column < columns; column += kTile) {
-      std::array<std::size_t, kPacket> rays{};
-      std::size_t lanes = 0;
+      rays.clear();
       for (int y = row; y < std::min(rows, row + kTile); ++y)
         for (int x = column; x < std::min(columns, column + kTile); ++x)
-          rays[lanes++] = static_cast<std::size_t>(y * columns + x);
-      for (std::size_t lane = 0; lane < lanes; ++lane) packet.set(lane, origin_m, directions[rays[lane]], max_range_m);
-      packet.cast(impl_->fast_scene, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, lanes);
-      for (std::size_t lane = 0; lane < lanes; ++lane) distances_m[rays[lane]] = packet.distance_m(lane);
+          rays.push_back(static_cast<std::size_t>(y * columns + x));
+      cast_chosen(impl_->fast_scene, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, rays);
     }
   }
-  std::vector<std::size_t> again;
+  rays.clear();
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column)
       if (sticks_out(distances_m, columns, column, row))
-        again.push_back(static_cast<std::size_t>(row * columns + column));
-  std::vector<float> again_m(again.size());
-  const auto set = [&](Packet& lanes, std::size_t lane, std::size_t i) {
-    lanes.set(lane, origin_m, directions[again[i]], max_range_m);
-  };
-  impl_->cast_packets(again.size(), RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, set, again_m);
-  for (std::size_t i = 0; i < again.size(); ++i) distances_m[again[i]] = again_m[i];
+        rays.push_back(static_cast<std::size_t>(row * columns + column));
+  cast_chosen(impl_->scene, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, rays);
 }
 
 void RayCaster::cast_many(std::span<const Eigen::Vector3f> origins_m, std::span<const Eigen::Vector3f> directions,
